@@ -158,7 +158,12 @@ ORDER: dict[str, list[str]] = {
     "checking.grammar": ["tree", "letters tape mathml", "scanner", "reader"],
     "checking.judgement": ["truth", "equilibria motion proof release", "quantities", "formula"],
     "checking.mistakes": ["units", "hypotheses", "of_quantities", "search"],
-    "teaching": ["exercise marks question", "class_page stack", "course_formats"],
+    "teaching": [
+        "answers marks question",
+        "exercise class_page",
+        "benchmark stack",
+        "course_formats",
+    ],
     "serving": ["agents"],
     "generation": [
         "dop853 identifiers quantities",

@@ -170,3 +170,22 @@ def test_frequencies_are_counted_by_those_that_are_named() -> None:
     coupled = mq.textbook.load("coupled_pendulums")
     found = mq.check(coupled, "omega^2 = g/l\nomega = sqrt(g/l)", "frequency")
     assert (found.outcome, found.form) == ("incomplete", "1 of 2 frequencies missing")
+
+
+@pytest.mark.parametrize(
+    ("text", "outcome", "independent"),
+    [
+        ("0 = 0", "wrong", 0),
+        ("sin(turn)^2 + cos(turn)^2 = 1", "wrong", 0),
+        ("lambda_contact_x = lambda_contact_x", "wrong", 0),
+        ("x' - R turn' = 0", "incomplete", 1),
+        ("x' - R turn' = 0; 2 x' = 2 R turn'; cos(turn) (x' - R turn') = 0", "incomplete", 1),
+        ("x' - R turn' = 0; z = R", "incomplete", 2),
+    ],
+)
+def test_constraints_give_no_equations_for_nothing(
+    text: str, outcome: str, independent: int
+) -> None:
+    """The rolling disk's two constraints bind three accelerations, whatever an answer says."""
+    verdict = mq.check(mq.textbook.load("rolling_disk"), text)
+    assert (verdict.outcome, verdict.independent) == (outcome, independent)

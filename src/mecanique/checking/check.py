@@ -22,7 +22,13 @@ from mecanique.checking.grammar.reader import (
 )
 from mecanique.checking.grammar.tree import Node
 from mecanique.checking.judgement.formula import Judged, find_rounding, judge_formula
-from mecanique.checking.judgement.motion import CommonFactors, Residual, count_missing, residuals
+from mecanique.checking.judgement.motion import (
+    CommonFactors,
+    Residual,
+    count_independent,
+    count_missing,
+    residuals,
+)
 from mecanique.checking.judgement.proof import Proof
 from mecanique.checking.judgement.quantities import AskedQuantity, ask_for
 from mecanique.checking.judgement.truth import Sample, Truth
@@ -426,7 +432,7 @@ class Checker:
             check,
             exact=check.outcome != "wrong" and proven,
             at=_state(max(wrong, key=lambda residual: residual.worst)) if wrong else None,
-            independent=nv - missing,
+            independent=min(nv - missing, count_independent(sound)) if sound else 0,
             notes=reading.notes,
         )
         return _with_form(check, *forms) if forms else check

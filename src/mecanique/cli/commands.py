@@ -23,7 +23,7 @@ GROUPS = {
     "Move": (motions.simulate, motions.linearize, motions.steady, motions.inertial),
     "Show": (pictures.run, pictures.export, pictures.view, pictures.picture, pictures.gallery),
     "Check": (formulas.check, formulas.grade),
-    "Hand out": (formulas.exercise, formulas.agents),
+    "Hand out": (formulas.exercise, formulas.benchmark, formulas.agents),
 }
 """The commands by what a user wants to do, in the order of the work."""
 

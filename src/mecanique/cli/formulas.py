@@ -114,8 +114,10 @@ def grade(sheet: Path, answers: Path, csv: Path | None, html: Path | None) -> No
     "--ask",
     default="equation of motion",
     metavar="WORDS",
-    help="What it asks for: equation of motion, kinetic energy, potential energy, "
-    "Lagrangian, mass matrix or frequency.",
+    help="What it asks for: equation of motion, kinetic energy, potential energy, Lagrangian, "
+    "energy, conserved quantity, mass matrix, momentum, Hamiltonian, Hamilton's equations, state "
+    "space, equilibrium, equilibrium force, frequency, period, period from rest, undamped "
+    "frequency, damped frequency or transfer function.",
 )
 @options.seed
 @click.option(
@@ -157,6 +159,37 @@ def exercise(
             made = make_exercise(system, ask, seed)
             paths = made.write(output) if output is not None else ()
     say("\n".join(f"Wrote {path}" for path in paths) or f"{made.problem}\n{made.solution}")
+
+
+@click.command(epilog="Example: mecanique benchmark tasks.jsonl --number 1000 --seed 7")
+@click.argument("tasks", type=options.PATH, metavar="TASKS")
+@click.argument("answers", type=options.PATH, metavar="[ANSWERS]", required=False)
+@click.option(
+    "--number",
+    type=click.IntRange(1, 100_000),
+    default=1000,
+    metavar="NUMBER",
+    help="Number of tasks to write.",
+)
+@options.seed
+@report_errors
+def benchmark(tasks: Path, answers: Path | None, number: int, seed: int) -> None:
+    """Write tasks for a model, or score its answers to them.
+
+    TASKS is written as one JSON object per line, with id and prompt. ANSWERS, with id and answer,
+    is judged as by 'check', and scored by kind of question.
+    """
+    from mecanique.teaching import benchmark
+
+    if answers is None:
+        with working("Making the tasks"):
+            write_text(tasks, benchmark.write_lines(benchmark.make_tasks(number, seed)))
+        say(f"Wrote {tasks}")
+        return
+    with working("Judging the answers"):
+        asked = benchmark.read_lines(tasks, "prompt")
+        score = benchmark.score_answers(asked, benchmark.read_lines(answers, "answer"))
+    say(str(score))
 
 
 @click.command(

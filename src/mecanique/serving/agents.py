@@ -212,8 +212,10 @@ def exercise(system: str, ask: str = "equation of motion", seed: int = 0) -> dic
 
     Args:
         system: its name.
-        ask: equation of motion, kinetic energy, potential energy, Lagrangian, mass matrix or
-            frequency.
+        ask: equation of motion, kinetic energy, potential energy, Lagrangian, energy, conserved
+            quantity, mass matrix, momentum, Hamiltonian, Hamilton's equations, state space,
+            equilibrium, equilibrium force, frequency, period, period from rest, undamped
+            frequency, damped frequency or transfer function.
         seed: of the variant; the same seed gives the same numbers.
     """
     made = make_exercise(system, ask, seed)

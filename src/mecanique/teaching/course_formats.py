@@ -22,9 +22,6 @@ from mecanique.teaching.exercise import Exercise, make_exercise
 from mecanique.teaching.question import describe_question
 from mecanique.teaching.stack import write_stack
 
-_FORM = 0.5
-"""Part of the points for an answer that is right except for form."""
-
 
 def export_exercise(
     system: str,
@@ -56,11 +53,6 @@ def export_exercise(
         raise InputError(f"expected one seed for {course}, got {len(made)}; write a file for each")
     _COURSES[course](made, place)
     return place
-
-
-def _form_of(exercise: Exercise) -> float:
-    """Return the part of the points for an answer that is right except for form."""
-    return 1.0 if exercise.rounded else _FORM
 
 
 def _write(place: Path, data: str | bytes) -> None:
@@ -99,7 +91,7 @@ def write_page(exercise: Exercise) -> str:
             f"no page judges the {exercise.ask} of {system!r} by itself: it is asked for in numbers"
         )
     question = describe_question(exercise.mechanism, exercise.ask)
-    question |= {"id": exercise.mechanism.name, "form": _FORM}
+    question |= {"id": exercise.mechanism.name, "form": exercise.form}
     modules = [_asset(name) for name in ("reader.js", "judge.js", "page.js")]
     script = "\n".join(re.sub(r"^(import .*;|export )", "", text, flags=re.M) for text in modules)
     style = _asset("page.css")
@@ -258,7 +250,7 @@ def _export_prairielearn(made: Sequence[Exercise], place: Path) -> None:
             "system": variant.mechanism.name,
             "ask": variant.ask,
             "values": variant.mechanism.values,
-            "form": _form_of(variant),
+            "form": variant.form,
             "answer": variant.answer,
             "given": variant.given,
         }
@@ -292,7 +284,7 @@ def _export_nbgrader(made: Sequence[Exercise], place: Path) -> None:
     name, points = exercise.mechanism.name, 2
     figure = base64.b64encode(draw_figure(exercise).encode()).decode()
     problem = exercise.problem.replace("(figure.svg)", f"(data:image/svg+xml;base64,{figure})")
-    values, form = exercise.mechanism.values, _form_of(exercise)
+    values, form = exercise.mechanism.values, exercise.form
     tests = _TESTS.format(system=name, values=values, ask=exercise.ask, form=form, points=points)
     answer = _ANSWER.format(answer=exercise.answer)
     cells = [

@@ -5,23 +5,14 @@ from __future__ import annotations
 import inspect
 import math
 import random
+import re
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, final
 
 from mecanique.checking.check import Checker
-from mecanique.derivation import derive
-from mecanique.derivation.document import Document
-from mecanique.derivation.printing.equations import expression
-from mecanique.derivation.symbolic.lagrange import Lagrange
-from mecanique.errors import (
-    ClosureError,
-    DerivationError,
-    InputError,
-    MechanismError,
-    UnknownNameError,
-)
+from mecanique.errors import InputError, MechanismError, UnknownNameError
 from mecanique.figure.draw import picture
 from mecanique.figure.setting import posture
 from mecanique.files import write_whole
@@ -30,44 +21,19 @@ from mecanique.model.expression import coordinate
 from mecanique.model.joints import Revolute
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Parameter
-from mecanique.motion.linear.linearize import linearize
+from mecanique.teaching.answers import KINDS, Solver
 from mecanique.textbook.catalogue import entry
 
 if TYPE_CHECKING:
     from mecanique.checking.verdict import Check
 
 
-ASKED = (
-    "equation of motion",
-    "kinetic energy",
-    "potential energy",
-    "Lagrangian",
-    "mass matrix",
-    "frequency",
-)
+ASKED = tuple(KINDS)
 """What an exercise may ask for."""
 
-_TASKS = {
-    "equation of motion": "Derive the {equations} of motion in the {q}.",
-    "kinetic energy": "Write the kinetic energy T in the {q} and {rates}.",
-    "potential energy": "Write the potential energy V in the {q}.",
-    "Lagrangian": "Write Lagrange's function L = T − V in the {q} and {rates}.",
-    "mass matrix": "Write the mass matrix M for the {q}{order}.",
-    "frequency": "Find the natural angular frequenc{plural} of small motions about {place}.",
-}
-"""The question in words."""
-
-_LAST = {
-    "kinetic energy": "Kinetic energy",
-    "potential energy": "Potential energy",
-    "Lagrangian": "Potential energy",
-    "mass matrix": "Kinetic energy",
-}
-"""The last step of a derivation that an answer needs."""
-
-_FROM_T = """
-   The entry of the mass matrix for two coordinates is the second derivative of T by their rates:
-   M_ij = ∂²T/∂q_i' ∂q_j', for T is half of the sum of M_ij q_i' q_j'."""
+_FORM = 0.5
+_DIFFICULT = (12, 30, 60, 120)
+"""Numbers of letters and numbers in an answer above which it is more difficult."""
 
 _SPREAD = (0.5, 2.0)
 """Parameters vary within these multiples of the catalogue's values."""
@@ -88,9 +54,20 @@ class Exercise:
     given: str = ""  # the numbers of this variant, with their units
 
     @property
+    def difficulty(self) -> int:
+        """From 1 to 5, by how many letters and numbers its answer has."""
+        count = len(re.findall(r"\w+", self.answer))
+        return 1 + sum(count > bound for bound in _DIFFICULT)
+
+    @property
     def rounded(self) -> bool:
         """Whether its answer is in numbers, which are rounded."""
         return not self.check.right
+
+    @property
+    def form(self) -> float:
+        """The part of the points for an answer that is right except for form."""
+        return 1.0 if self.rounded else _FORM
 
     def write(self, folder: Path | str) -> tuple[Path, ...]:
         """Write problem.md, figure.svg and solution.md into a folder, which is made if need be."""
@@ -126,13 +103,12 @@ def make_exercise(
     note = ""
     if turned and ask != "frequency":
         mechanism, note = _turn(mechanism, draw)
-    if ask == "frequency":
-        answer, steps, task = _ask_frequency(mechanism)
-    else:
-        answer, steps = _answer(mechanism, ask)
-        task = _word_task(ask, mechanism.coordinates.names)
+    kind = KINDS[ask]
+    answer, steps, what, more = kind.answer(Solver(mechanism))
+    task = _word_task(kind.task, mechanism.coordinates.names, what, more)
+    ask += kind.of.format(what=what)
     verdict = Checker(mechanism).check(answer, ask)
-    rounded = ask == "frequency" and verdict.outcome == "right except for form"
+    rounded = bool(more) and verdict.outcome == "right except for form"
     if not (verdict.right or rounded):
         raise InputError(
             f"no exercise about the {ask} of {system!r}: {verdict.form or 'it is not determined'}"
@@ -162,7 +138,7 @@ def make_exercise(
             f"Checked: {verdict.summary}{f': {verdict.form}' if verdict.form else ''}.",
         ]
     )
-    return Exercise(
+    made = Exercise(
         title=card.title,
         mechanism=mechanism,
         ask=ask,
@@ -172,16 +148,21 @@ def make_exercise(
         check=verdict,
         given=given,
     )
+    return replace(made, solution=f"{made.solution}\nDifficulty: {made.difficulty} of 5.\n")
 
 
-def _word_task(ask: str, names: tuple[str, ...]) -> str:
+def _word_task(task: str, names: tuple[str, ...], what: str, note: str) -> str:
     """Return the question in words."""
     several, listed = len(names) > 1, ", ".join(names)
-    return _TASKS[ask].format(
+    return task.format(
         q=f"coordinates {listed}" if several else f"coordinate {listed}",
         equations="equations" if several else "equation",
+        momenta="momenta" if several else "momentum",
+        frequencies="frequencies" if several else "frequency",
         rates="their rates" if several else "its rate",
         order=", in this order" if several else "",
+        what=what,
+        note=note,
     )
 
 
@@ -219,68 +200,3 @@ def _write_data(mechanism: Mechanism) -> str:
         + (f" ({p.meaning})" if p.meaning else "")
         for p in mechanism.parameters
     )
-
-
-def _answer(mechanism: Mechanism, ask: str) -> tuple[str, str]:
-    """Return the answer and its steps."""
-    equations = derive(mechanism)
-    try:
-        steps = equations.text(steps=True) if equations.derivation else ""
-    except DerivationError as error:
-        raise InputError(f"no exercise about {mechanism.name!r}: {error}") from None
-    if ask == "equation of motion":
-        return equations.text(), steps
-    steps = _cut(equations.document, _LAST[ask])
-    if ask == "mass matrix":
-        steps += _FROM_T
-        rows = []
-        for row in equations.derivation.M:
-            entries = ", ".join(expression(entry).text() for entry in row)
-            rows.append(f"[{entries}]")
-        return f"[{', '.join(rows)}]", steps
-    lagrange = Lagrange(mechanism)
-    chosen = {
-        "kinetic energy": ("T", lagrange.T),
-        "potential energy": ("V", lagrange.V),
-        "Lagrangian": ("L", lagrange.T - lagrange.V),
-    }[ask]
-    return f"{chosen[0]} = {expression(chosen[1]).text()}", steps
-
-
-def _cut(document: Document, last: str) -> str:
-    """Return the steps of a derivation up to the one with a title."""
-    stages = document.derivation.stages
-    titles = [stage.title for stage in stages]
-    kept = stages[: titles.index(last) + 1] if last in titles else stages
-    derivation = replace(document.derivation, stages=kept, assumptions=())
-    text = replace(document, derivation=derivation).text(steps=True)
-    return text.partition(f"\n\n{len(kept) + 1}. Equations of motion")[0]
-
-
-def _ask_frequency(mechanism: Mechanism) -> tuple[str, str, str]:
-    """Return answer, steps and question: in letters of one frequency at zero, else in numbers."""
-    try:
-        small = linearize(mechanism)
-        letters = small.symbolic
-    except (ClosureError, DerivationError, InputError) as error:
-        raise InputError(f"no exercise about the frequency: {error}") from None
-    if not small.stable or small.C.any() or not small.frequencies.any():
-        raise InputError(
-            f"no exercise about the frequency of {mechanism.name!r}: expected an undamped "
-            "mechanism that swings about a stable equilibrium"
-        )
-    place = ", ".join(f"{n} = {x:.4g}" for n, x in zip(mechanism.coordinates, small.q, strict=True))
-    several = len(small.frequencies) > 1
-    named = [
-        f"omega{k if several else ''} = {omega:.4g} rad/s"
-        for k, omega in enumerate(small.frequencies, 1)
-    ]
-    task = _TASKS["frequency"].format(plural="ies" if several else "y", place=place)
-    answer = "\n".join(named)
-    if letters.square is not None and not small.q.any():
-        answer = f"omega = sqrt({expression(letters.square).text()})"
-    else:
-        task = f"{task[:-1]}, for the numbers given, to four digits."
-    said = f"With the numbers given: {', '.join(named)}"
-    lines = ("Equations of motion:", derive(mechanism).text(), "", letters.text(), "", said)
-    return answer, "\n".join(lines), task

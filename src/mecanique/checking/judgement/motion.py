@@ -207,19 +207,21 @@ class Residual:
 
     @cached_property
     def _moved(self) -> FormulaValues:
-        """Its values with other accelerations than the true ones."""
+        """Its values with other accelerations; with constraints, in other states altogether."""
         # each is changed by a different amount, or x'' = y'' would hold as well
+        truth = self.truth
+        names = truth.moving if truth.multipliers else truth.accelerations
         moved = {
             name: self.sample.values[name]
             + (1.0 + 0.37 * k) * (1 + np.abs(self.sample.values[name]))
-            for k, name in enumerate(self.truth.accelerations)
+            for k, name in enumerate(names)
         }
         return self.tape.evaluate({**self.sample.letters, **moved}, self.sample.count)
 
     @cached_property
     def says_nothing(self) -> bool:
         """Whether it holds for any motion, as 0 = 0 does."""
-        if not self.holds or self.truth.multipliers:
+        if not self.holds:
             return False
         changed = np.abs(self._moved.whole - self.values.whole) / self._moved.size
         return bool(np.nanmax(np.where(np.isfinite(changed), changed, 0.0)) <= TOLERANCE)
@@ -365,6 +367,17 @@ def count_missing(equations: Sequence[Residual]) -> int:
     size = np.linalg.norm(whole, axis=2, keepdims=True)
     whole = whole / np.where(size > 0, size, 1.0)
     return min(_count_open(matrix, len(inertia)) for matrix in whole[:_RANKED])
+
+
+def count_independent(equations: Sequence[Residual]) -> int:
+    """Return the number of equations that do not follow from each other."""
+    columns = [
+        [residual.tape.along(residual.slopes, name) for name in residual.truth.moving]
+        for residual in equations
+    ]
+    rows = np.nan_to_num(np.array(columns)).transpose(2, 0, 1)[:_RANKED]
+    rows = rows / np.maximum(np.linalg.norm(rows, axis=2, keepdims=True), 1e-300)
+    return int(np.linalg.matrix_rank(rows, tol=_RANK).max())
 
 
 def _count_open(matrix: Array, accelerations: int) -> int:

@@ -88,6 +88,12 @@ class Truth:
         self.velocities = mechanism.velocities
         self.accelerations = tuple(f"{name}'" for name in mechanism.velocities)
 
+    @property
+    def moving(self) -> tuple[str, ...]:
+        """The letters that change in a motion: coordinates to multipliers."""
+        coordinates = tuple(self.mechanism.coordinates)
+        return (*coordinates, *self.velocities, *self.accelerations, *self.multipliers)
+
     @cached_property
     def equations(self) -> Equations:
         """The equations by Lagrange's method."""

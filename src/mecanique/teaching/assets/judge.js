@@ -150,6 +150,9 @@ function judgeMotion(question, statements, used, text) {
   const judged = equations.map((root) => judgeEquation(root, { ...question, moves }, states));
   const unclear = judged.find((one) => one.unclear);
   if (unclear) return leave(unclear.unclear);
+  const linearized = judged.some((one) => one.forms.includes("linearized"));
+  if (linearized && judged.some((one) => one.outcome === "right"))
+    return leave("this page cannot judge linearized equations beside exact ones");
   const off = judged.some((one) => one.off);
   const left = off ? judgeWrong(question, equations, used, text) : null;
   return left ?? sumUp(question, equations, judged, states);

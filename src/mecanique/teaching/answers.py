@@ -1,0 +1,379 @@
+"""The answers of exercises: what may be asked of a system, and the steps that lead there."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from functools import cached_property
+from typing import NamedTuple, final
+
+import numpy as np
+
+from mecanique.derivation import derive
+from mecanique.derivation.linear import Linearized
+from mecanique.derivation.printing.equations import expression
+from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.symbolic.lagrange import Lagrange
+from mecanique.errors import ClosureError, DerivationError, InputError
+from mecanique.model.mechanism import Mechanism
+from mecanique.motion import equilibria
+from mecanique.motion.linear.linearization import Linearization
+from mecanique.motion.linear.linearize import linearize
+
+_PART = 1e-9
+"""A position this near to a part of half a turn is that part."""
+
+_FROM_T = """
+   The entry of the mass matrix for two coordinates is the second derivative of T by their rates:
+   M_ij = ∂²T/∂q_i' ∂q_j', for T is half of the sum of M_ij q_i' q_j'."""
+
+
+class Answer(NamedTuple):
+    """An answer, with what leads to it and what its question says besides."""
+
+    text: str  # the result, as `mecanique.check` reads it
+    steps: str
+    what: str = ""  # a coordinate, a place or an input that the question names
+    note: str = ""  # what the question adds
+
+
+@final
+class Solver:
+    """Answers questions about one mechanism."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self._mechanism = mechanism
+        self._equations = derive(mechanism)
+        try:
+            self._whole = self._equations.text(steps=True) if self._equations.derivation else ""
+        except DerivationError as error:
+            raise InputError(f"no exercise about {mechanism.name!r}: {error}") from None
+
+    def motion(self) -> Answer:
+        """Return the equations of motion."""
+        return Answer(self._equations.text(), self._whole)
+
+    def kinetic(self) -> Answer:
+        """Return T."""
+        return Answer(f"T = {_say(self._lagrange.T)}", self._until("Kinetic energy"))
+
+    def potential(self) -> Answer:
+        """Return V."""
+        return Answer(f"V = {_say(self._lagrange.V)}", self._until("Potential energy"))
+
+    def lagrangian(self) -> Answer:
+        """Return T − V."""
+        difference = self._lagrange.T - self._lagrange.V
+        return Answer(f"L = {_say(difference)}", self._until("Potential energy"))
+
+    def energy(self) -> Answer:
+        """Return T + V."""
+        total = self._lagrange.T + self._lagrange.V
+        return Answer(f"E = {_say(total)}", self._until("Potential energy"))
+
+    def mass_matrix(self) -> Answer:
+        """Return M."""
+        rows = [f"[{', '.join(map(_say, row))}]" for row in self._equations.derivation.M]
+        return Answer(f"[{', '.join(rows)}]", self._until("Kinetic energy") + _FROM_T)
+
+    def momentum(self) -> Answer:
+        """Return the momentum of the last coordinate."""
+        name = self._rates[-1].removesuffix("'")
+        momentum = self._lagrange.T.diff(self._rates[-1])
+        return Answer(f"p = {_say(momentum)}", self._until("Kinetic energy"), name)
+
+    def hamiltonian(self) -> Answer:
+        """Return H = p q' − L in momenta."""
+        rates, momenta = self._rates_by_momenta, self._momenta
+        terms = [f"{p} {_bracket(rate)}/2" for p, rate in zip(momenta, rates, strict=True)]
+        text = f"H = {' + '.join([*terms, _bracket(_say(self._lagrange.V))])}"
+        return Answer(text, self._until("Potential energy"), ", ".join(momenta))
+
+    def canonical(self) -> Answer:
+        """Return Hamilton's equations."""
+        rates, momenta = self._rates_by_momenta, self._momenta
+        lines = [f"{v} = {rate}" for v, rate in zip(self._rates, rates, strict=True)]
+        L = self._lagrange.T - self._lagrange.V
+        known = {g.name for g in L.generators()}
+        for velocity, p in zip(self._rates, momenta, strict=True):
+            name = velocity.removesuffix("'")
+            slope = _say(L.diff(name)) if name in known else "0"
+            lines.append(f"{p}' = {self._replace(slope, rates)}")
+        return Answer("\n".join(lines), self._until("Potential energy"), ", ".join(momenta))
+
+    def state_space(self) -> Answer:
+        """Return the equations of first order, with a letter for each rate."""
+        solved = self._equations.solved().text().splitlines()
+        letters = self._number("w")
+        lines = [f"{v} = {w}" for v, w in zip(self._rates, letters, strict=True)]
+        for line, w in zip(solved, letters, strict=False):
+            lines.append(f"{w}' = {self._replace(line.partition(' = ')[2], letters)}")
+        return Answer("\n".join(lines), self._whole, ", ".join(letters))
+
+    def holding_force(self) -> Answer:
+        """Return the inputs that balance the slope of the potential."""
+        inputs = [signal.symbol for signal in self._mechanism.inputs]
+        lines = []
+        for velocity, Q in zip(self._rates, self._equations.derivation.Q, strict=True):
+            acting = [g.name for g in Q.generators() if g.name in inputs]
+            if acting:
+                slope = _say(self._lagrange.V.diff(velocity.removesuffix("'")))
+                lever = _say(Q.diff(acting[0]))
+                over = f"{_bracket(slope)}/{_bracket(lever)}"
+                lines.append(f"{acting[0]} = {slope if lever == '1' else over}")
+        self._refuse(not lines, "no force holds it")
+        return Answer("\n".join(lines), self._until("Potential energy"), ", ".join(inputs))
+
+    def transfer(self) -> Answer:
+        """Return the transfer function of the first coordinate from the only input."""
+        inputs = [signal.symbol for signal in self._mechanism.inputs]
+        self._refuse(len(inputs) != 1, "it has no single input")
+        (symbol,) = inputs
+        letters = self._linearize(dict.fromkeys(self._mechanism.coordinates, 0.0)).symbolic
+        M, C, K = letters.matrices.M, letters.matrices.C, letters.matrices.K
+        rows = [
+            [_polynomial(*map(_say, entries)) for entries in zip(*row, strict=True)]
+            for row in zip(M, C, K, strict=True)
+        ]
+        by = []
+        for Q in self._equations.derivation.Q:
+            acts = symbol in {g.name for g in Q.generators()}
+            by.append(_say(Q.diff(symbol)) if acts else "0")
+        coordinate = self._rates[0].removesuffix("'")
+        text = f"G = {self._solve(rows, by)[0]}"
+        return Answer(text, f"{self._whole}\n\n{letters.text()}", f"{coordinate} from {symbol}")
+
+    def equilibrium(self) -> Answer:
+        """Return the positions at rest, where these are parts of half a turn."""
+        lines = []
+        for position in equilibria(self._mechanism):
+            for name, part in zip(self._mechanism.coordinates, position.q / np.pi, strict=True):
+                half = Fraction(part).limit_denominator(12)
+                self._refuse(abs(part - half) > _PART, "its equilibria depend on its numbers")
+                whole = {0: "0", 1: "pi", -1: "-pi"}.get(half.numerator, f"{half.numerator} pi")
+                over = f"/{half.denominator}" if half.denominator > 1 else ""
+                lines.append(f"{name} = {whole}{over}")
+        self._refuse(not lines, "it has no equilibrium")
+        return Answer("\n".join(lines), self._until("Potential energy"))
+
+    def frequency(self) -> Answer:
+        """Return the frequencies, in letters of a single one at zero, else in numbers."""
+        small = self._linearize()
+        letters = small.symbolic
+        self._refuse(
+            not small.stable or bool(small.C.any()) or not small.frequencies.any(),
+            "expected an undamped mechanism that swings about a stable equilibrium",
+        )
+        named = [
+            f"omega{k if len(small.frequencies) > 1 else ''} = {omega:.4g} rad/s"
+            for k, omega in enumerate(small.frequencies, 1)
+        ]
+        text, note = "\n".join(named), ", for the numbers given, to four digits"
+        if letters.square is not None and not small.q.any():
+            text, note = f"omega = sqrt({_say(letters.square)})", ""
+        said = f"With the numbers given: {', '.join(named)}"
+        place = ", ".join(
+            f"{n} = {x:.4g}" for n, x in zip(self._mechanism.coordinates, small.q, strict=True)
+        )
+        return Answer(text, self._linear_steps(letters, said), place, note)
+
+    def period(self) -> Answer:
+        """Return the period of small oscillations about zero."""
+        letters, square, _ = self._swing()
+        return Answer(f"T = 2 pi/sqrt({_say(square)})", self._linear_steps(letters))
+
+    def undamped(self) -> Answer:
+        """Return the undamped frequency of a damped mechanism."""
+        letters, square, damping = self._swing()
+        self._refuse(not damping, "it is not damped")
+        return Answer(f"omega = sqrt({_say(square)})", self._linear_steps(letters))
+
+    def damped(self) -> Answer:
+        """Return the frequency of a damped mechanism, √(K/M − (C/2M)²)."""
+        letters, square, damping = self._swing()
+        self._refuse(not damping, "it is not damped")
+        text = f"omega = sqrt({_say(square)} - ({damping})^2/4)"
+        return Answer(text, self._linear_steps(letters))
+
+    def period_from_rest(self) -> Answer:
+        """Return the period at any amplitude, by an integral between −q0 and q0."""
+        self._refuse(len(self._rates) != 1, "it has several coordinates")
+        name, V = self._mechanism.coordinates.names[0], _say(self._lagrange.V)
+        there = re.sub(rf"\b{name}\b", f"{name}0", V)
+        inertia = _say(self._equations.derivation.M[0][0])
+        text = f"T = integral(sqrt(2 ({inertia})/({there} - ({V}))), {name}, -{name}0, {name}0)"
+        return Answer(text, self._until("Potential energy"), f"{name} = {name}0")
+
+    def _swing(self) -> tuple[Linearized, Series, str]:
+        """Return small motions about zero, the square K/M, and C/M or nothing."""
+        small = self._linearize(dict.fromkeys(self._mechanism.coordinates, 0.0))
+        letters = small.symbolic
+        if letters.square is None or len(self._rates) != 1:
+            raise self._without("no single coordinate swings about zero")
+        matrices = letters.matrices
+        (C,), (M,) = matrices.C[0], matrices.M[0]
+        return letters, letters.square, f"{_bracket(_say(C))}/{_bracket(_say(M))}" if C else ""
+
+    def _linearize(self, at: Mapping[str, float] | None = None) -> Linearization:
+        try:
+            small = linearize(self._mechanism, at)
+            assert small.symbolic
+        except (ClosureError, DerivationError, InputError) as error:
+            raise self._without(str(error)) from None
+        return small
+
+    def _linear_steps(self, letters: Linearized, *more: str) -> str:
+        lines = ("Equations of motion:", self._equations.text(), "", letters.text())
+        return "\n".join([*lines, *(f"\n{said}" for said in more)])
+
+    @property
+    def _rates(self) -> tuple[str, ...]:
+        return self._mechanism.velocities
+
+    @cached_property
+    def _lagrange(self) -> Lagrange:
+        return Lagrange(self._mechanism, self._equations.derivation.algebra)
+
+    @property
+    def _momenta(self) -> list[str]:
+        return self._number("p")
+
+    @property
+    def _rates_by_momenta(self) -> list[str]:
+        M = [[_say(entry) for entry in row] for row in self._equations.derivation.M]
+        return self._solve(M, self._momenta)
+
+    def _number(self, letter: str) -> list[str]:
+        """Return a letter for each velocity, numbered if there are several."""
+        count = len(self._rates)
+        taken = letter in self._mechanism.values or any("'" not in rate for rate in self._rates)
+        self._refuse(taken, f"it has a letter {letter} already, or velocities that are no rates")
+        return [letter] if count == 1 else [f"{letter}{k + 1}" for k in range(count)]
+
+    def _replace(self, formula: str, terms: Sequence[str]) -> str:
+        """Return a formula with others in place of the velocities."""
+        for rate, term in zip(self._rates, terms, strict=True):
+            formula = re.sub(rf"(?<!\w){rate}(?!')", _bracket(term), formula)
+        return formula
+
+    def _solve(self, rows: Sequence[Sequence[str]], right: Sequence[str]) -> list[str]:
+        """Return the solution of one or two linear equations, by Cramer's rule."""
+        self._refuse(len(rows) > 2, "it has more than two coordinates")
+        first, *others = map(_bracket, right)
+        (a, *b), *below = ([_bracket(entry) for entry in row] for row in rows)
+        if not others:
+            return [f"{first}/{a}"]
+        (second,), ((c, d),) = others, below
+        if b == ["0"] == [c]:
+            return [f"{first}/{a}", f"{second}/{d}"]
+        determinant = _subtract((a, d), (b[0], c))
+        solution = _subtract((d, first), (b[0], second)), _subtract((a, second), (c, first))
+        return [f"({above})/({determinant})" for above in solution]
+
+    def _refuse(self, condition: bool, why: str) -> None:
+        if condition:
+            raise self._without(why)
+
+    def _without(self, why: str) -> InputError:
+        return InputError(f"no such exercise about {self._mechanism.name!r}: {why}")
+
+    def _until(self, last: str) -> str:
+        """Return the steps of the derivation up to the one with a title."""
+        document = self._equations.document
+        stages = document.derivation.stages
+        titles = [stage.title for stage in stages]
+        kept = stages[: titles.index(last) + 1] if last in titles else stages
+        derivation = replace(document.derivation, stages=kept, assumptions=())
+        text = replace(document, derivation=derivation).text(steps=True)
+        return text.partition(f"\n\n{len(kept) + 1}. Equations of motion")[0]
+
+
+def _bracket(formula: str) -> str:
+    """Return a formula as a factor: in brackets, unless it is a letter."""
+    return formula if re.fullmatch(r"\w+'*", formula) else f"({formula})"
+
+
+def _subtract(product: tuple[str, str], other: tuple[str, str]) -> str:
+    """Return the difference of two products, without those that are zero."""
+    terms = []
+    for factors in (product, other):
+        written = " ".join(factor for factor in factors if factor != "1")
+        terms.append("" if "0" in factors else written or "1")
+    return " - ".join(terms) if all(terms) else terms[0] or f"-{terms[1]}"
+
+
+def _polynomial(square: str, linear: str, constant: str) -> str:
+    """Return a polynomial in s."""
+    terms = [(square, " s^2"), (linear, " s"), (constant, "")]
+    written = [(x, power) for x, power in terms if x != "0"]
+    if written == [(constant, "")]:
+        return constant
+    return " + ".join(f"{_bracket(x)}{power}" for x, power in written) or "0"
+
+
+def _say(series: Series) -> str:
+    return expression(series).text()
+
+
+class _Kind(NamedTuple):
+    """A kind of question: its words, and what answers it."""
+
+    task: str
+    answer: Callable[[Solver], Answer]
+    of: str = ""  # what follows its name where `mecanique.check` is asked
+
+
+KINDS = {
+    "equation of motion": _Kind("Derive the {equations} of motion in the {q}.", Solver.motion),
+    "kinetic energy": _Kind("Write the kinetic energy T in the {q} and {rates}.", Solver.kinetic),
+    "potential energy": _Kind("Write the potential energy V in the {q}.", Solver.potential),
+    "Lagrangian": _Kind(
+        "Write Lagrange's function L = T − V in the {q} and {rates}.", Solver.lagrangian
+    ),
+    "energy": _Kind("Write the energy E = T + V in the {q} and {rates}.", Solver.energy),
+    "conserved quantity": _Kind(
+        "Find a quantity that is constant in every motion, in the {q} and {rates}.", Solver.energy
+    ),
+    "mass matrix": _Kind("Write the mass matrix M for the {q}{order}.", Solver.mass_matrix),
+    "momentum": _Kind("Write the canonical momentum p of {what}.", Solver.momentum, " of {what}"),
+    "Hamiltonian": _Kind(
+        "Write Hamilton's function H in the {q} and the canonical {momenta} {what}.",
+        Solver.hamiltonian,
+    ),
+    "Hamilton's equations": _Kind(
+        "Write Hamilton's equations in the {q} and the canonical {momenta} {what}.",
+        Solver.canonical,
+    ),
+    "state space": _Kind(
+        "Write the equations of motion as equations of first order, with {what} for {rates}.",
+        Solver.state_space,
+    ),
+    "equilibrium": _Kind("Find all positions at rest.", Solver.equilibrium),
+    "equilibrium force": _Kind(
+        "Find {what} such that the mechanism rests at any position.", Solver.holding_force
+    ),
+    "frequency": _Kind(
+        "Find the natural angular {frequencies} of small motions about {what}{note}.",
+        Solver.frequency,
+    ),
+    "period": _Kind("Find the period T of small oscillations about zero.", Solver.period),
+    "period from rest": _Kind(
+        "Find the period T of the motion that begins at rest at {what}.", Solver.period_from_rest
+    ),
+    "undamped frequency": _Kind(
+        "Find the angular frequency omega of small oscillations about zero without the damping.",
+        Solver.undamped,
+    ),
+    "damped frequency": _Kind(
+        "Find the angular frequency omega of the damped small oscillations about zero.",
+        Solver.damped,
+    ),
+    "transfer function": _Kind(
+        "Find the transfer function G(s) of {what}, for small motions about zero.",
+        Solver.transfer,
+        " of {what}",
+    ),
+}
+"""What an exercise may ask for."""
