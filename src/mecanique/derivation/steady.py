@@ -10,10 +10,10 @@ Systems, 1972, ch. VI).
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import final
+from typing import Any, final
 
 from mecanique.derivation.document import Document
 from mecanique.derivation.mechanics.forces import Forces
@@ -143,7 +143,7 @@ def steady_letters(
                     yield Result(Left(label), entry)
 
     falls = ring.number(1) if g is None else g
-    bare = tuple(tuple(tidy(x / falls) for x in row) for row in K[0])
+    bare = _entrywise(lambda entry: tidy(entry / falls), K[0])
     steps = {
         _MASS: [*entries("M", M, ring.number(1), "''")],
         _RATES: [x for k, rows in enumerate(C) for x in entries(f"C{k}", rows, u**k, "'")],
@@ -237,19 +237,25 @@ class _Motion:
             )
         M = [self._values(row) for row in self._mass]
         slips = self._slopes(self._slips, self._q)
-        turned = [  # δv by δq at w = 0
-            self._allowed.reach(self._ring, self._J, [-x for x in _mix(column, slips)])
-            for column in self._place
-        ]
+
+        def follow(column: Column) -> Column:
+            """Return δv by δq at w = 0."""
+            return self._allowed.reach(self._ring, self._J, [-x for x in _mix(column, slips)])
+
+        turned = [follow(column) for column in self._place]
         by_q, by_v = self._balance(), self._slopes(self._rest, self._v)
+
+        def along(forces: Column) -> Column:
+            """Return what forces do along S."""
+            return [along_displacement(forces, s) for s in S]
 
         def project(forces: Column, rate: Column) -> Column:
             """Return what forces, and the accelerations that δq brings at a rate, do along S."""
             a = _mix([rate[k] for k in free], turned)
             total = [x + along_displacement(a, row) for x, row in zip(forces, M, strict=True)]
-            return [tidy(along_displacement(total, s)) for s in S]
+            return [tidy(x) for x in along(total)]
 
-        mass = [[along_displacement(_mix(column, M), s) for s in S] for column in S]
+        mass = [along(_mix(column, M)) for column in S]
         damping = [project(_mix(column, by_v), column) for column in S]
         stiffness = []
         for rate, column in zip(turned, self._place, strict=True):
@@ -265,16 +271,17 @@ class _Motion:
 
     def split(self, matrix: Matrix, most: int) -> tuple[Matrix, ...]:
         """Return the matrices of a polynomial in the speed."""
-        powers = [[x.coefficients([self.speed]) for x in row] for row in matrix]
+        powers = _entrywise(lambda entry: entry.coefficients([self.speed]), matrix)
         if any(not 0 <= e <= most for row in powers for x in row for (e,) in x):
             raise DerivationError(
                 f"the equations of {self._name!r} about this motion are no polynomials "
                 f"C0 + {self.speed} C1 and K0 + {self.speed} K1 + {self.speed}^2 K2 of its speed"
             )
-        return tuple(
-            tuple(tuple(x.get((k,), self._zero) for x in row) for row in powers)
-            for k in range(most + 1)
-        )
+
+        def part(k: int) -> Matrix:
+            return _entrywise(lambda entry: entry.get((k,), self._zero), powers)
+
+        return tuple(part(k) for k in range(most + 1))
 
     def weight(self, K: Matrix) -> Series | None:
         """Return the acceleration of free fall if all entries are proportional to it."""
@@ -326,7 +333,8 @@ class _Motion:
             raise DerivationError(
                 f"mechanism {self._name!r}: other coordinates move with {', '.join(self._names)}"
             )
-        return tuple(tuple(tidy(columns[k][row]) for k in picked) for row in rows)
+        kept = [*zip(*(columns[k] for k in picked), strict=True)]
+        return _entrywise(tidy, [kept[row] for row in rows])
 
     def _slopes(self, outputs: Sequence[Value], by: Sequence[str]) -> list[Column]:
         """Return the derivatives of values of the tape by each of some inputs."""
@@ -368,6 +376,13 @@ _ARITHMETIC = {
 }
 
 
+def _entrywise(
+    change: Callable[[Any], Any], rows: Sequence[Sequence[Any]]
+) -> tuple[tuple[Any, ...], ...]:
+    """Return a matrix of what becomes of each entry."""
+    return tuple(tuple(map(change, row)) for row in rows)
+
+
 def _mix(factors: Sequence[Series], columns: Sequence[Column]) -> Column:
     """Return the sum of columns, each times its factor."""
     return [along_displacement(factors, parts) for parts in zip(*columns, strict=True)]
@@ -376,4 +391,8 @@ def _mix(factors: Sequence[Series], columns: Sequence[Column]) -> Column:
 def _alone(basis: Sequence[Column]) -> list[int]:
     """Return the entry of each displacement that is 1 there and 0 in all others."""
     users = [sum(map(bool, parts)) for parts in zip(*basis, strict=True)]
-    return [next(i for i, x in enumerate(c) if x == 1 and users[i] == 1) for c in basis]
+
+    def place(column: Column) -> int:
+        return next(i for i, x in enumerate(column) if x == 1 and users[i] == 1)
+
+    return [place(column) for column in basis]

@@ -219,10 +219,11 @@ def leave_tendons_out(mechanism: Mechanism, form: Form) -> Mechanism:
     """Return a mechanism without the tendons that a format does not state."""
     lengths, m = list_lengths(mechanism), mechanism
     left = [n for n in lengths if form != "MJCF" or tendon_factors(mechanism, n) is None]
+    children = {lengths[n].child for n in left}
     laws = tuple((name, law) for name, law in m.coordinates.driven.items() if name not in left)
     return replace(
         m,
-        bodies=tuple(b for b in m.bodies if b.name not in {lengths[n].child for n in left}),
+        bodies=tuple(body for body in m.bodies if body.name not in children),
         joints=tuple(joint for joint in m.joints if joint.name not in left),
         forces=tuple(force for force in m.forces if getattr(force, "joint", "") not in left),
         coordinates=replace(m.coordinates, map=laws),

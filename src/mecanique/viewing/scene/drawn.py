@@ -31,9 +31,9 @@ from mecanique.wording import to_title
 def bodies_of(mechanism: Mechanism) -> tuple[SceneBody, ...]:
     """Return a mechanism's bodies as they are drawn."""
     visuals = visuals_of(mechanism)
-    forms = {
-        b.name: {s.visuals[0]: s.form for s in b.shapes if s.visuals} for b in mechanism.bodies
-    }
+    forms = {}
+    for body in mechanism.bodies:
+        forms[body.name] = {s.visuals[0]: s.form for s in body.shapes if s.visuals}
     shapes = {b: tuple(_shapes(mechanism, listed, forms[b])) for b, listed in visuals.items()}
     missing = any(
         isinstance(visual.geometry, Mesh) and visual.geometry.path is None
