@@ -54,15 +54,18 @@ _MASS = (
     "constraints. Entries are numbered by row and column, in the order of the coordinates; those "
     "that are not listed are zero.",
 )
-_RATES = ("Matrices of the velocities", "C0 stands without the speed, C1 with it.")
+_RATES = (
+    "Matrices of the velocities",
+    "The first index is the power of the speed with which an entry stands.",
+)
 _PLACES = (
     "Matrices of the deviations",
-    "K0 stands without the speed, times the acceleration of free fall if all of it is due to "
-    "weights; K1 stands with the speed and K2 with its square.",
+    "The first index is the power of the speed with which an entry stands. Where all without the "
+    "speed are due to weights, these are divided by the acceleration of free fall.",
 )
 _CLOSING = (
-    "C is C0 + {u} C1 and K is {g}K0 + {u} K1 + {u}² K2. Below, a coordinate is the deviation from "
-    "its value in the steady motion."
+    "Each entry stands with its power of the speed {}, and a coordinate is the deviation from its "
+    "value in the steady motion."
 )
 
 
@@ -169,7 +172,7 @@ def steady_letters(
         h=(),
         Q=(),
         stages=tuple(stages),
-        closing=_CLOSING.format(u=motion.speed, g="" if g is None else f"{expression(g).text()} "),
+        closing=_CLOSING.format(motion.speed),
         unknowns=meanings | labels,
         written=equations(sums),
     )
