@@ -136,12 +136,18 @@ def test_a_share_of_the_weight_may_be_taken_off_a_body() -> None:
     assert conversion.worst <= 1e-12
 
 
-def test_sdf_refuses_moving_bodies_without_mass() -> None:
+@pytest.mark.parametrize("form", ["MJCF", "SDF"])
+def test_moving_bodies_without_mass_get_a_little(form: Form) -> None:
     mechanism = _chain("slide")
     bodies = (mechanism.bodies[0], mq.Body("a"), *mechanism.bodies[2:])
-    conversion = mq.convert(replace(mechanism, bodies=bodies), "SDF", states=5)
-    assert conversion.lost == ("body a: SDF refuses moving bodies without mass",)
-    assert not conversion.proved  # engines take 1 kg
+    conversion = mq.convert(replace(mechanism, bodies=bodies), form, states=5)
+    said = f"1 body without mass: {form} has none, each has 2e-15 kg and kg·m² more"
+    assert conversion.lost == (said,)
+    assert conversion.proved, str(conversion)
+    assert conversion.worst <= 1e-12
+
+
+def test_planar_joints_are_not_stated_in_sdf() -> None:
     conversion = mq.convert(_chain("planar"), "SDF", states=5)
     assert conversion.lost == ("joint first: SDF has none of the kind 'Planar'",)
 
@@ -158,7 +164,7 @@ def test_what_no_real_body_has_is_converted_and_told(form: Form, mass: float, mo
     conversion = mq.convert(mechanism, form, states=5)
     said = f"body arm: no real body has its inertia, and engines of {form} refuse it"
     assert said in conversion.lost
-    light = f"body arm: {form} refuses moving bodies without mass"
+    light = f"1 body without mass: {form} has none, each has 2e-15 kg and kg·m² more"
     assert (light in conversion.lost) == (mass == 0)
 
 
@@ -306,8 +312,10 @@ def test_a_wrong_result_is_not_proved(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_an_engine_that_refuses_the_result_is_not_said_to_be_missing() -> None:
     pytest.importorskip("mujoco")
-    # its coupler is two joints with a body without mass between them
-    conversion = mq.convert(mq.textbook.load("slider_crank"), "MJCF", states=3)
+    mechanism = _chain("slide")
+    flat = Shape(2.0, (0.0, 0.0, 0.0), (0.1, 0.1, 0.9, 0.0, 0.0, 0.0))
+    bodies = (mechanism.bodies[0], mq.Body("a", flat, as_given=True), *mechanism.bodies[2:])
+    conversion = mq.convert(replace(mechanism, bodies=bodies), "MJCF", states=3)
     assert "refuses the file itself" in str(conversion)
     assert "No engine" not in str(conversion)
     assert not conversion.proved

@@ -13,6 +13,7 @@ from mecanique.formats.scope import (
     LENGTH,
     SCOPES,
     THICKENED,
+    is_light,
     is_thin,
     joint_damping,
     joint_spring,
@@ -123,7 +124,9 @@ class _Writer:
         where = f"body {body.name!r}"
         mass = self._mechanism.evaluate(body.mass)
         entries = self._mechanism.evaluate_all(body.inertia)
-        if is_thin(self._mechanism, joint):
+        light = is_light(self._mechanism, joint, "MJCF")
+        mass = THICKENED if light else mass
+        if light or is_thin(self._mechanism, joint):
             entries = [*(moment + THICKENED for moment in entries[:3]), *entries[3:]]
         if mass or any(entries):
             center = numbers(self._mechanism.evaluate_all(body.center), where)

@@ -32,7 +32,8 @@ LENGTH = "_length"
 THICKENED = 2e-15
 """Moment of inertia that a thin rod or a particle gets in MJCF, about every axis [kg·m²].
 
-MuJoCo refuses moving bodies with a principal moment of 1e-15 or less.
+MuJoCo refuses moving bodies with a mass or a principal moment of 1e-15 or less, and engines that
+read SDF take 1 kg instead of none; so in both a body without mass gets it as its mass [kg], too.
 """
 
 _CLOSED = 1e-9
@@ -56,7 +57,6 @@ class Scope:
     joints: tuple[type[Joint], ...]  # that move and are not among its own or chains of them
     lifts: Literal["none", "whole", "any"]  # the share of its weight that may be taken off a body
     closed: bool = False  # whether loops are stated by the poses where all coordinates are zero
-    massive: bool = False  # whether each moving body needs mass
     dialect: bool = False  # whether tags of this package state what rolls, guides and switches
 
 
@@ -94,7 +94,6 @@ SCOPES: Mapping[Form, Scope] = {
             (Planar,),
             "whole",
             closed=True,
-            massive=True,
         ),
     )
 }
@@ -144,10 +143,6 @@ def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
         body = next(body for body in mechanism.bodies if body.name == joint.child)
         if body.as_given and form != "URDF":
             yield f"body {body.name}: no real body has its inertia, and engines of {form} refuse it"
-        light = not mechanism.evaluate(body.mass) > 0
-        bare = scope.massive or (form == "MJCF" and passes_on(mechanism, joint) is None)
-        if light and bare and not isinstance(joint, Fixed):
-            yield f"body {body.name}: {form} refuses moving bodies without mass"
     if scope.dialect:
         return
     for contact in mechanism.contacts:
@@ -160,8 +155,16 @@ def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
 
 def list_omissions(mechanism: Mechanism, form: Form) -> tuple[str, ...]:
     """Say in a line each what differs that has no part in the equations of motion."""
-    if form != "MJCF":
+    if form == "URDF":
         return ()
+    lengths = list_lengths(mechanism)
+    moved = [joint for joint in mechanism.joints if joint.name not in lengths]
+    light = sum(is_light(mechanism, joint, form) for joint in moved)
+    massless = say_count(light, "body", "bodies")
+    more = f"{massless} without mass: {form} has none, each has {THICKENED:g} kg and kg·m² more"
+    told = (more,) if light else ()
+    if form == "SDF":
+        return told
     bounds = [joint.limits for joint in mechanism.joints if isinstance(joint, Single)]
     fast = sum(limits is not None and limits.velocity < UNBOUNDED for limits in bounds)
     looks = [visual.geometry for body in mechanism.bodies for visual in body.visuals]
@@ -173,7 +176,7 @@ def list_omissions(mechanism: Mechanism, form: Form) -> tuple[str, ...]:
         f"limits of velocity of {say_count(fast, 'joint')}: MJCF has none": fast,
         f"{say_count(meshes, 'mesh', 'meshes')} that show bodies: left out": meshes,
     }
-    return tuple(line for line, count in lines.items() if count)
+    return (*told, *(line for line, count in lines.items() if count))
 
 
 def _idles(mechanism: Mechanism, joint: Joint) -> bool:
@@ -190,6 +193,14 @@ def _has_no_length(mechanism: Mechanism, spring: Spring) -> bool:
 def is_empty(mechanism: Mechanism, body: Body) -> bool:
     """Whether a body has neither mass nor inertia."""
     return not any(mechanism.evaluate_all((body.mass, *body.inertia)))
+
+
+def is_light(mechanism: Mechanism, joint: Joint, form: Form) -> bool:
+    """Whether a joint moves a body without mass that stays one body in a format."""
+    (body,) = (body for body in mechanism.bodies if body.name == joint.child)
+    if isinstance(joint, Fixed) or mechanism.evaluate(body.mass) > 0:
+        return False
+    return form != "MJCF" or passes_on(mechanism, joint) is None
 
 
 def is_thin(mechanism: Mechanism, joint: Joint) -> bool:

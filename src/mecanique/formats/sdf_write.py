@@ -8,6 +8,7 @@ from typing import final
 
 from mecanique.formats.scope import (
     SCOPES,
+    THICKENED,
     is_closed,
     is_empty,
     joint_damping,
@@ -124,15 +125,15 @@ class _Writer:
         if body.name in self._lifted:
             inside.append(Tag("gravity", content="0"))
         evaluate = self._mechanism.evaluate_all
-        if self._mechanism.evaluate(body.mass) > 0:  # SDF states no other masses
-            where = f"body {body.name!r}"
-            names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-            entries = zip(names, evaluate(body.inertia), strict=True)
-            moments = (Tag(name, content=number(entry, where)) for name, entry in entries)
-            center = _pose(evaluate(body.center), (0, 0, 0))
-            mass = number(self._mechanism.evaluate(body.mass), where)
-            parts = (Tag("pose", content=center), Tag("mass", content=mass))
-            inside.append(Tag("inertial", *parts, Tag("inertia", *moments)))
+        where, names = f"body {body.name!r}", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+        mass, entries = self._mechanism.evaluate(body.mass), evaluate(body.inertia)
+        if not mass > 0:  # SDF would take 1 kg
+            mass, entries = THICKENED, [*(e + THICKENED for e in entries[:3]), *entries[3:]]
+        pairs = zip(names, entries, strict=True)
+        moments = (Tag(name, content=number(entry, where)) for name, entry in pairs)
+        center = _pose(evaluate(body.center), (0, 0, 0))
+        parts = (Tag("pose", content=center), Tag("mass", content=number(mass, where)))
+        inside.append(Tag("inertial", *parts, Tag("inertia", *moments)))
         inside += [self._visual(visual, k) for k, visual in enumerate(body.visuals)]
         return Tag("link", *inside, name=self._names[body.name])
 
