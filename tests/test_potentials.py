@@ -264,3 +264,10 @@ def test_potentials_may_have_corners(force: mq.AnyForce, slope: float) -> None:
     reference = mq.Reference(mechanism)
     assert reference.inverse_dynamics([0.7], [0.0], [0.0]) == pytest.approx([slope], rel=1e-14)
     assert mq.verify(mechanism, samples=5).agrees
+
+
+def test_written_code_has_the_potential_of_any_parameters() -> None:
+    """Where cos(W t) is near zero, a frequency rounded to 15 digits would show."""
+    made = mq.generate(mq.derive(plane(TRAP)), "python", "acceleration,energy")
+    assert made.verdict is not None
+    assert max(made.verdict.worst.values()) < 1e-14

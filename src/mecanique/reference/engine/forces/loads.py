@@ -80,27 +80,28 @@ class _Field:
 
         # real symbols, so that |x| has the derivative sign(x)
         real = {sympy.Symbol(name): sympy.Symbol(name, real=True) for name in names}
-        values = {sympy.Symbol(letter): value for letter, value in mechanism.values.items()}
-        V = sympy.sympify(potential).subs({**values, **real})
+        V = sympy.sympify(potential).subs(real)
         x = real[sympy.Symbol(names[0])]
         self.even = sympy.expand(V - V.subs(x, -x)) == 0
         per_x = sympy.cancel(V.diff(x) / x) if self.even else V.diff(x) / x
         back = {symbol: name for name, symbol in real.items()}
         slopes = [part.xreplace(back) for part in (per_x, *map(V.diff, real.values()))]
-        self._slopes = compile_scalars(slopes, (*names, "t"))
-        self._energy = accept_arrays(compile_scalars([V.xreplace(back)], (*names, "t")))
+        letters = (*names, "t", *mechanism.values)
+        self._values = tuple(mechanism.values.values())
+        self._slopes = compile_scalars(slopes, letters)
+        self._energy = accept_arrays(compile_scalars([V.xreplace(back)], letters))
 
     def slopes(self, *at: float) -> tuple[float, ...]:
         """Return ∂V/∂q at q and t."""
-        return self._slopes(*at)[1:]
+        return self._slopes(*at, *self._values)[1:]
 
     def tension(self, x: float, t: float) -> float:
         """Return (∂V/∂x)/x of a distance x."""
-        return self._slopes(x, t)[0]
+        return self._slopes(x, t, *self._values)[0]
 
     def energy(self, *at: Array) -> Array:
         """Return V at q and t [J]."""
-        return np.asarray(self._energy(*at)[0], dtype=float)
+        return np.asarray(self._energy(*at, *self._values)[0], dtype=float)
 
 
 @final
