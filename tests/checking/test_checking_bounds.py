@@ -31,7 +31,12 @@ DOUBLING = ["a0 = q + l", *(f"a{k} = a{k - 1}*a{k - 1} + a{k - 1}" for k in rang
         (r"q\frac{d\frac{d}{dt}) q''", "equation of motion", (), "unknown letter 'd'"),
         (r"\boxed{" * 2800, "equation of motion", (), "an empty text"),
         ("q" + r"\mathrm{" * 900 + "(t", "equation of motion", (), r"a bracket \( is not closed"),
-        ("q " + "hello there " * 1500 + "(t", "equation of motion", (), "unknown letters"),
+        (
+            "q " + "hello there " * 1500 + "(t",
+            "equation of motion",
+            (),
+            r"a bracket \( is not closed",
+        ),
         ("q" + "'" * 9000 + "₀" * 9000, "equation of motion", (), "has no meaning here"),
         ("1e" + "9" * 4400 + " q = 0", "equation of motion", (), "a number of at most 1e64"),
         ("-Eq(q, 0)", "equation of motion", (), "stands alone in its line"),

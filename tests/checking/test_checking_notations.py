@@ -202,6 +202,13 @@ def test_both_signs_are_two_answers() -> None:
             *("spherical_pendulum", "steady motion"),
             "phi' = sqrt(g/(l cos theta)), -sqrt(g/(l cos theta))",
         ),
+        ("rigid_bar_pendulum", "period", "2*Pi*Sqrt[2*l/(3*g)]"),
+        # decimal commas within brackets, and as LaTeX has them
+        ("rigid_bar_pendulum", "equation of motion", "q'' + (1,5 g/l) sin q = 0"),
+        ("rigid_bar_pendulum", "equation of motion", r"q'' + \frac{1,5 g}{l} \sin q = 0"),
+        ("rigid_bar_pendulum", "equation of motion", r"\ddot q + 1{,}5 \frac{g}{l} \sin q = 0"),
+        # several words before a bracket
+        ("atwood_machine", "equation of motion", "Daraus folgt (m1 + m2 + M/2) x'' = (m1 - m2) g"),
         # letters of the mathematical alphabets, as word processors and PDFs have them
         ("rigid_bar_pendulum", "equation of motion", "𝑞̈ + (3𝑔)/(2𝑙) sin 𝑞 = 0"),
         ("bead_on_hoop", "equation of motion", "𝜃̈ = (𝑊² cos 𝜃 − 𝑔/𝑅) sin 𝜃"),

@@ -49,6 +49,7 @@ _VARIANTS = {
     "varrho": "rho",
     "ell": "l",
     "lamda": "lambda",
+    "Pi": "pi",
 }
 _DOTTED = re.compile(r"(?P<stem>.+?)_?(?P<dots>dotdot|ddot|dot|dd|d)")
 

@@ -65,6 +65,8 @@ _REWRITES = (
     (re.compile(r"\bD\[\s*(\w+)\[t\]\s*,\s*t\s*\]"), r"\1'"),
     (re.compile(r"\bD\[\s*(\w+)\[t\]\s*,\s*\{\s*t\s*,\s*2\s*\}\s*\]"), r"\1''"),
     (re.compile(r"=>|->"), "\n"),
+    # LaTeX's decimal comma
+    (re.compile(r"(?<=\d)\{,\}(?=\d)"), "."),
     # integrals of Mathematica and SymPy
     (
         re.compile(r"\bIntegrate\[(.*),\s*\{(\w+),([^{},]+),([^{},]+)\}\s*\]"),
@@ -497,7 +499,7 @@ class Scanner:
             return self._put("NEWLINE", "\n", at, at + 2)
         if sign == "&":
             return self._put("COMMA", ",", at, at + 1) if self._tables else at + 1
-        if (match := _DECIMAL_COMMA.match(text, at)) and not self._depth:
+        if (match := _DECIMAL_COMMA.match(text, at)) and not self._is_in_list:
             return self._decimal_comma(match)
         if match := _NUMBER.match(text, at):
             return self._number(match[0], at, match.end())
@@ -516,6 +518,18 @@ class Scanner:
             return match.end()
         remedy = _REMEDIES.get(sign, "expected letters, numbers and + - * / ^ ( ) =")
         raise self._explain(f"{sign!r} has no meaning here; {remedy}", at)
+
+    @property
+    def _is_in_list(self) -> bool:
+        """Whether commas separate arguments or entries here."""
+        closed = 0
+        for k in range(len(self._listed) - 1, -1, -1):
+            kind = self._listed[k].kind
+            closed += (kind in CLOSE) - (kind in OPEN)
+            if closed < 0:
+                called = k > 0 and self._listed[k - 1].kind in ("FUNCTION", "SYMPY")
+                return kind == "LSQB" or called
+        return False
 
     def _decimal_comma(self, match: re.Match[str]) -> int:
         """Read 1,5 as a decimal number, and say so; ask where it may be two numbers."""
@@ -740,7 +754,9 @@ class Scanner:
                 "-",
                 "",
             )
-            ends = prose[-1][0].endswith(":") or _STOPS.fullmatch(prose[-1][0].lower())
+            ends = prose[-1][0].endswith(":") or bool(_STOPS.fullmatch(prose[-1][0].lower()))
+            # several words before a bracket are no name of a function
+            ends |= len(prose) > 1 and before[-1:] not in _BINARY
             if joined and not ends:
                 continue
             while last < len(self._plain) and self._plain[last] in " :,.":
