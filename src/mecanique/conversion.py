@@ -23,7 +23,7 @@ from mecanique.formats.scope import (
     list_omissions,
 )
 from mecanique.formats.sdf import read_sdf
-from mecanique.formats.sdf_write import write_sdf
+from mecanique.formats.sdf_write import name_in_sdf, write_sdf
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import JointDamper, Spring
@@ -242,7 +242,7 @@ def _bounds_apart(mechanism: Mechanism, result: Mechanism) -> Iterator[float]:
     """Yield the relative differences of positions' limits, of joints with one coordinate."""
     read = {joint.name: joint for joint in result.joints}
     for joint in mechanism.joints:
-        other = read.get(joint.name)
+        other = _named(read, joint.name)
         if isinstance(joint, Single) and isinstance(other, Single):
             sides = [side.limits or Limits() for side in (joint, other)]
             for ours, theirs in zip(*((x.lower, x.upper) for x in sides), strict=True):
@@ -283,21 +283,27 @@ def _comparable(mechanism: Mechanism, form: Form, *, whole: bool, mapped: bool) 
     )
 
 
+def _named(joints: Mapping[str, Joint], name: str) -> Joint | None:
+    """Return a joint by its name, or by what SDF makes of it."""
+    return joints.get(name, joints.get(name_in_sdf(name)))
+
+
 def _pair_names(mechanism: Mechanism, result: Mechanism) -> dict[str, str]:
     """Return the result's name of each coordinate and velocity."""
     read = {joint.name: joint for joint in result.joints}
     free = {joint.child: joint for joint in result.joints if isinstance(joint, Floating)}
     names: dict[str, str] = {}
     for joint in mechanism.joints:
-        same = read.get(joint.name)
+        same = _named(read, joint.name)
         if isinstance(joint, Floating):
-            same = free.get(joint.child)
+            same = _named(free, joint.child)
         pairs: list[tuple[Joint | Elementary, Joint]] = []
         if same is not None and same.nq == joint.nq:
             pairs += [(joint, same)]
         else:
             steps = zip(joint.chain, chains(mechanism)[joint.name], strict=True)
-            pairs += [(motion, read[step.name]) for motion, step in steps if step.name in read]
+            known = ((motion, _named(read, step.name)) for motion, step in steps)
+            pairs += [(motion, joint) for motion, joint in known if joint is not None]
         for ours, theirs in pairs:
             names.update(zip(ours.coordinates, theirs.coordinates, strict=True))
             names.update(zip(ours.velocities, theirs.velocities, strict=True))

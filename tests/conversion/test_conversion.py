@@ -168,6 +168,20 @@ def test_what_no_real_body_has_is_converted_and_told(form: Form, mass: float, mo
     assert (light in conversion.lost) == (mass == 0)
 
 
+def test_names_of_models_in_a_world_are_one_name_in_sdf() -> None:
+    two = "".join(
+        f'<model name="{name}">{ARM.split(">", 2)[2].split("</model>")[0]}</model>'
+        for name in ("m", "n")
+    )
+    free = '<model name="f"><link name="c"/></model>'
+    world = f'<sdf version="1.9"><world name="w">{two}{free}</world></sdf>'
+    conversion = mq.convert(mq.read(world), "SDF", states=5)
+    assert "::" not in conversion.text
+    assert conversion.proved, str(conversion)
+    assert conversion.worst <= 1e-12
+    assert {"m__q", "n__r"} <= {joint.name for joint in mq.read(conversion.text).joints}
+
+
 def test_links_called_as_joints_get_other_names_in_sdf() -> None:
     mechanism = _chain("slide")
     a, tool = (replace(joint, name=joint.child) for joint in mechanism.joints[:2])

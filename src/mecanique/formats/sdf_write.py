@@ -41,7 +41,13 @@ def write_sdf(mechanism: Mechanism) -> str:
     model = Tag("model", *_Writer(mechanism).parts(), name=mechanism.name)
     gravity = numbers(mechanism.evaluate_all(mechanism.gravity), "gravity")
     world = Tag("world", Tag("gravity", content=gravity), model, name=mechanism.name)
-    return text(Tag("sdf", world, version=_VERSION, **{"xmlns:drake": DRAKE_NAMESPACE}))
+    whole = Tag("sdf", world, version=_VERSION, **{"xmlns:drake": DRAKE_NAMESPACE})
+    return name_in_sdf(text(whole))
+
+
+def name_in_sdf(name: str) -> str:
+    """Return a name, or a text of names, without what SDF keeps for names in other models."""
+    return name.replace("::", "__")
 
 
 @final
