@@ -184,6 +184,7 @@ ORDER: dict[str, list[str]] = {
         "tolerances",
         "record",
         "compile",
+        "trajectory",
         "switching",
         "simulation",
         "analysis",

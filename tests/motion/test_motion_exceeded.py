@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 import mecanique as mq
 from mecanique.cli import app
-from mecanique.motion.record.extremes import find_exceeded
+from mecanique.motion.analysis.extremes import find_exceeded
 
 FALL = """<robot name="fall"><link name="base"/><link name="stone"><inertial><mass value="1"/>
 <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import mecanique as mq
+from mecanique.motion.analysis.extremes import find_bounds, find_maxima
 from mecanique.motion.analysis.trust import estimate_errors
 from mecanique.motion.compile.heyoka import is_installed
 from mecanique.motion.output import report
 from mecanique.motion.output.report import say_uncertain
 from mecanique.motion.record.curve import Curve
-from mecanique.motion.record.extremes import find_bounds, find_maxima
 from mecanique.motion.record.rates import Rates
 
 ADDED = "because the errors of so many add up"

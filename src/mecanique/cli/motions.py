@@ -236,7 +236,7 @@ def inertial(
 
 
 def _figures(motion: mq.Motion) -> dict[str, object]:
-    from mecanique.motion.record.extremes import find_exceeded
+    from mecanique.motion.analysis.extremes import find_exceeded
 
     mechanism, audit = motion.mechanism, motion.audit()
     names = (*mechanism.coordinates.names, *mechanism.velocities)

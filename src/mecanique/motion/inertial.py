@@ -25,7 +25,9 @@ from mecanique.model.forces import Force
 from mecanique.model.joints import Fixed, Revolute
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import characteristic_length, units
+from mecanique.motion.analysis.extremes import find_maxima
 from mecanique.motion.analysis.forces import Actions
+from mecanique.motion.compile.along import StateLaw
 from mecanique.motion.motion import Motion, simulate
 from mecanique.motion.tolerances import INERTIAL_RTOL
 from mecanique.wording import Legible
@@ -288,19 +290,8 @@ def inertial_check(
         )
 
     still, turning = again(mechanism), again(turned)
-    count = min(len(still.t), len(turning.t))
-    rows = [
-        *_coordinate_rows(still, turning, count),
-        *_reaction_rows(still, turning, turned, count),
-    ]
-    rows += _period_rows(still, turning)
-    actions = Actions(mechanism, still.reference)
+    rows = [*_list_rows(still, turning, turned), *_period_rows(still, turning)]
     reactions = [row.size for row in rows if row.unit == "N"]
-    inertia = actions.inertia(still.t, still.q, still.v, still.a)
-    acting = [
-        float(np.linalg.norm(action.force, axis=1).max())
-        for action in (*actions.applied(still.t, still.q, still.v), *inertia)
-    ]
     return InertialCheck(
         latitude=float(latitude),
         facing=facing,
@@ -309,49 +300,67 @@ def inertial_check(
         still=still,
         turning=turning,
         tolerance=tolerance,
-        force=max(reactions + acting, default=0.0),
+        force=max([*reactions, _find_largest_force(still)]),
         length=float(characteristic_length(mechanism)),
     )
 
 
-def _compare(name: str, unit: str, t: np.ndarray, size: float, change: np.ndarray) -> InertialRow:
-    """The row of a quantity by what it changes at times t."""
-    at = int(change.argmax())
-    return InertialRow(name, size, float(change[at]), unit, float(t[at]))
+def _list_rows(still: Motion, turning: Motion, turned: Mechanism) -> list[InertialRow]:
+    """Changes of coordinates and of reactions, these in the ground's axes, at their largest."""
+    mechanism, unit = still.mechanism, units(still.mechanism)
+    joints = [j.name for j in mechanism.joints if j.name not in still.reference.guided]
+    ground = [body.name for body in turned.bodies].index(turned.joints[0].child)
+    end = float(turning.curve.t[-1])
+    laws = StateLaw(mechanism, still.reference), StateLaw(turned, turning.reference)
 
+    def measure(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        there = turning.curve(t.clip(max=end))
+        poses = turning.reference.poses(there.q, there.t)
+        back = poses[:, ground, :3, :3].transpose(0, 2, 1)
+        at_rest, on_earth = laws[0].reactions(t, q, v), laws[1].reactions(t, there.q, there.v)
+        columns = [q, -q, np.abs(there.q - q)]
+        for name in joints:
+            for what in ("force", "moment"):
+                before = getattr(at_rest[name], what)
+                after = np.einsum("nij,nj->ni", back, getattr(on_earth[name], what))
+                columns += [np.linalg.norm(x, axis=1)[:, None] for x in (before, after - before)]
+        values = np.hstack(columns)
+        values[t > end] = np.nan
+        return values
 
-def _coordinate_rows(still: Motion, turning: Motion, count: int) -> list[InertialRow]:
-    unit = units(still.mechanism)
-    return [
-        _compare(
-            name, unit[name], still.t, float(np.ptp(before)), np.abs(after[:count] - before[:count])
-        )
-        for name, before, after in zip(
-            still.mechanism.coordinates, still.q.T, turning.q.T, strict=True
+    most = find_maxima(still.curve, measure)
+    sizes, times = most.values, most.times
+    highest, lowest, changes = sizes[: 3 * mechanism.nq].reshape(3, -1)
+    when = times[2 * mechanism.nq : 3 * mechanism.nq]
+    rows = [
+        InertialRow(name, float(high + low), float(change), unit[name], float(t))
+        for name, high, low, change, t in zip(
+            mechanism.coordinates, highest, lowest, changes, when, strict=True
         )
     ]
-
-
-def _reaction_rows(
-    still: Motion, turning: Motion, turned: Mechanism, count: int
-) -> list[InertialRow]:
-    """Changes of reactions, both in the ground's axes."""
-    earth = turned.joints[0]
-    ground = [body.name for body in turned.bodies].index(earth.child)
-    back = turning.poses()[:count, ground, :3, :3].transpose(0, 2, 1)
-    rows = []
-    for joint in still.mechanism.joints:
-        if joint.name in still.reference.guided:
-            continue
-        at_rest, on_earth = still.reactions(joint.name), turning.reactions(joint.name)
-        for what, unit in (("force", "N"), ("moment", "N·m")):
-            before = getattr(at_rest, what)[:count]
-            after = np.einsum("nij,nj->ni", back, getattr(on_earth, what)[:count])
-            change = np.linalg.norm(after - before, axis=1)
-            size = float(np.linalg.norm(before, axis=1).max())
-            if max(size, change.max()) > 1e-12:
-                rows.append(_compare(f"{what} in {joint.name}", unit, still.t, size, change))
+    names = [(f"{what} in {name}", what) for name in joints for what in ("force", "moment")]
+    pairs, when = sizes[3 * mechanism.nq :].reshape(-1, 2), times[3 * mechanism.nq + 1 :: 2]
+    rows += [
+        InertialRow(name, float(size), float(change), "N" if what == "force" else "N·m", float(t))
+        for (name, what), (size, change), t in zip(names, pairs, when, strict=True)
+        if max(size, change) > 1e-12
+    ]
     return rows
+
+
+def _find_largest_force(motion: Motion) -> float:
+    """Return the largest of all forces and inertia forces along a motion [N]."""
+    actions = Actions(motion.mechanism, motion.reference)
+    law = StateLaw(motion.mechanism, motion.reference)
+
+    def measure(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        inertia = actions.inertia(t, q, v, law.accelerations(t, q, v))
+        acting = [*actions.applied(t, q, v), *inertia]
+        sizes = [np.linalg.norm(action.force, axis=1) for action in acting]
+        largest: np.ndarray = np.column_stack([np.zeros(len(t)), *sizes]).max(axis=1)
+        return largest[:, None]
+
+    return float(find_maxima(motion.curve, measure).values[0])
 
 
 def _period_rows(still: Motion, turning: Motion) -> list[InertialRow]:
@@ -364,8 +373,8 @@ def _period_rows(still: Motion, turning: Motion) -> list[InertialRow]:
         count = min(len(before), len(after)) - 1
         if count > 0:
             first, second = ((times[count] - times[0]) / count for times in (before, after))
-            change = np.array([abs(second - first)])
-            rows.append(_compare(f"period of {name}", "s", still.t[-1:], first, change))
+            end = float(still.t[-1])
+            rows.append(InertialRow(f"period of {name}", first, abs(second - first), "s", end))
     return rows
 
 
@@ -373,17 +382,19 @@ def _maxima(motion: Motion, name: str) -> list[float]:
     """When a coordinate is largest, to rounding."""
     from scipy.optimize import brentq
 
-    k = motion.mechanism.velocities.index(f"{name}'")
-    rate: np.ndarray = motion.v[:, k]
-    if np.ptp(motion[name]) < 1e-9 * (1 + np.abs(motion[name]).max()):
+    k, curve = motion.mechanism.velocities.index(f"{name}'"), motion.curve
+    place = curve.q[:, motion.mechanism.coordinates.index(name)]
+    if np.ptp(place) < 1e-9 * (1 + np.abs(place).max()):
         return []
+    times = np.unique(np.concatenate([curve.t, (curve.t[1:] + curve.t[:-1]) / 2]))
+    rate = curve(times).v[:, k]
     falls = np.flatnonzero((rate[:-1] > 0) & (rate[1:] <= 0))
     return [
         float(
             brentq(
                 lambda t: float(motion(t).v[k]),
-                motion.t[i],
-                motion.t[i + 1],
+                float(times[i]),
+                float(times[i + 1]),
                 xtol=1e-13,
                 rtol=1e-14,
             )

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
+from mecanique.arrays import spread
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.constraint_base import PressingContact
 from mecanique.motion.analysis.energies import energies
-from mecanique.motion.record.extremes import find_maxima
-from mecanique.motion.record.trajectory import Trajectory, add_steps
+from mecanique.motion.analysis.extremes import find_maxima
 from mecanique.motion.simulation.watching import pressings
 from mecanique.motion.tolerances import BALANCED, SLACK_CORD
+from mecanique.motion.trajectory import MOST_BETWEEN, Trajectory, look_along
 from mecanique.wording import Legible, say_count, write_table
 
 if TYPE_CHECKING:
@@ -26,9 +27,6 @@ LIGHT = 299_792_458.0
 
 GROWTH = 1e4
 """A balance holds if its relative residual is at most this many times the tolerance of a step."""
-
-MOST_STEPS = 1000
-"""Balances are looked at in so many of the integrator's steps, besides the samples."""
 
 
 @final
@@ -166,7 +164,7 @@ def audit(motion: Trajectory, *, refine: bool = False, accuracy: float = 1e-6) -
     from mecanique.motion.analysis.trust import trust
 
     limit = GROWTH * (motion.statistics.rtol + BALANCED)
-    seen = add_steps(motion, MOST_STEPS)
+    seen = look_along(motion)
     energy = energies(seen, seen.t)
     rows = [_row("energy", energy.balance[:, None], energy.scale, limit, "J", seen.t)]
     # what holds a velocity constraint is not known
@@ -175,16 +173,21 @@ def audit(motion: Trajectory, *, refine: bool = False, accuracy: float = 1e-6) -
         rows.append(_row(balance.name, balance.residual, balance.size, limit, balance.unit, seen.t))
     if motion.mechanism.constrained:
         most = motion.statistics.rtol + BALANCED
-        drift = motion.reference.drift(seen.q, seen.v, seen.t)
+        given = spread(len(motion.t), MOST_BETWEEN)  # the samples are somebody's data, too
+        t, q, v = (
+            np.concatenate([steps, samples[given]])
+            for steps, samples in ((seen.t, motion.t), (seen.q, motion.q), (seen.v, motion.v))
+        )
+        drift = motion.reference.drift(q, v, t)
         speed = 1.0 + float(np.abs(seen.v).max(initial=0.0))
-        rows.append(_row("loops, in lengths or radians", drift[:, :1], 1.0, most, "", seen.t))
-        rows.append(_row("rates of the loops", drift[:, 1:], speed, most, "1/s", seen.t))
+        rows.append(_row("loops, in lengths or radians", drift[:, :1], 1.0, most, "", t))
+        rows.append(_row("rates of the loops", drift[:, 1:], speed, most, "1/s", t))
     unmet, needs = _list_unmet(motion)
     speeds = find_maxima(motion.curve, lambda t, q, v: motion.reference.center_speeds(q, v, t))
     return Audit(
         (*rows, *unmet),
         float(speeds.values.max(initial=0.0)),
-        trust(motion, accuracy) if refine else None,
+        trust(seen, accuracy) if refine else None,
         needs,
     )
 

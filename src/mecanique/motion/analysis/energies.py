@@ -11,19 +11,15 @@ import numpy as np
 from mecanique.arrays import median
 from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.compile.python import Batched, vectorize
+from mecanique.motion.compile.along import StateSums
 from mecanique.motion.record.quadrature import integral
 from mecanique.motion.record.spot_check import spot_check
-from mecanique.motion.record.trajectory import states_at
+from mecanique.motion.trajectory import states_at
 from mecanique.wording import Legible
 
 if TYPE_CHECKING:
-    from mecanique.motion.record.trajectory import Trajectory
-    from mecanique.reference import Reference
+    from mecanique.motion.trajectory import Trajectory
 
-
-MANY = 2000
-"""Where the power is asked for in so many states, a program of it pays."""
 
 TIME_STEP = 0.02
 """Step of the differences for ∂L/∂t of prescribed motions, in steps of the integrator."""
@@ -86,11 +82,18 @@ def energies(motion: Trajectory, times: np.ndarray) -> Energies:
     taken along the motion by quadrature of order 12 on its steps, halved where it needs that.
     """
     reference, state = motion.reference, states_at(motion, times)
-    (parts,) = spot_check(
-        lambda: [np.transpose(reference.quick_energies(state.q, state.v, times))],
-        lambda at: [np.transpose(reference.energy(state.q[at], state.v[at], times[at]))],
-        len(times),
-    )
+
+    def ask(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        (parts,) = spot_check(
+            lambda: [np.transpose(reference.quick_energies(q, v, t))],
+            lambda at: [np.transpose(reference.energy(q[at], v[at], t[at]))],
+            len(t),
+        )
+        return parts
+
+    from mecanique.motion.compile.derive import energies_of
+
+    parts = StateSums(motion.mechanism, energies_of, ask)(times, state.q, state.v)
     work = _work(motion, times)
     work = work - sum(_losses_at_impacts(motion, times).values())
     kinetic, gravity, springs = parts.T
@@ -141,38 +144,6 @@ def is_rheonomic(mechanism: Mechanism) -> bool:
     return any(symbols_in(scalar) & moving for scalar in timed)
 
 
-@final
-@dataclass(frozen=True)
-class _Power:
-    """The power of forces, of many states at once where these are many."""
-
-    reference: Reference  # that of a mechanism with these forces alone
-
-    def __call__(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return the power, shape (n, 1) [W]."""
-
-        def ask(at: np.ndarray) -> list[np.ndarray]:
-            forces = self.reference.forces(q[at], v[at], t[at])
-            return [np.sum(forces * v[at], axis=1, keepdims=True)]
-
-        def compute() -> list[np.ndarray]:
-            power = np.empty((1, len(t)))
-            self._program(t, np.ascontiguousarray(np.hstack([q, v]).T), power)
-            return [power.T]
-
-        blind = any(callable(signal.signal) for signal in self.reference.mechanism.inputs)
-        if blind or len(t) < MANY:
-            return ask(np.arange(len(t)))[0]
-        (power,) = spot_check(compute, ask, len(t))
-        return power
-
-    @cached_property
-    def _program(self) -> Batched:
-        from mecanique.motion.compile.derive import power_of
-
-        return vectorize(power_of(self.reference.mechanism))
-
-
 def _work(motion: Trajectory, times: np.ndarray) -> np.ndarray:
     mechanism, reference = motion.mechanism, motion.reference
     free = tuple(force for force in mechanism.forces if not force.conservative)
@@ -196,7 +167,13 @@ def _work(motion: Trajectory, times: np.ndarray) -> np.ndarray:
             else Reference(replace(mechanism, forces=free))
         )
 
-        work = work + integral(motion.curve, _Power(others), times)[:, 0]
+        def ask(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+            return np.asarray(np.sum(others.forces(q, v, t) * v, axis=1, keepdims=True))
+
+        from mecanique.motion.compile.derive import power_of
+
+        power = StateSums(others.mechanism, power_of, ask)
+        work = work + integral(motion.curve, power, times)[:, 0]
     if not rheonomic:
         return work
 

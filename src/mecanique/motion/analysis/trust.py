@@ -10,7 +10,6 @@ import numpy as np
 from mecanique.arrays import spread
 from mecanique.errors import InputError
 from mecanique.motion.record.loops import ClosedLoops
-from mecanique.motion.record.trajectory import start_of
 from mecanique.motion.simulation.choice import COMPILED, Choice, first_choice, method_in
 from mecanique.motion.simulation.integrate import failure, integrate
 from mecanique.motion.simulation.integrators.methods import (
@@ -23,10 +22,11 @@ from mecanique.motion.simulation.integrators.methods import (
 from mecanique.motion.simulation.problem import Problem, longest_step
 from mecanique.motion.simulation.watching import limit_events
 from mecanique.motion.tolerances import LEAST_RTOL, LYAPUNOV_RTOL, NO_STATE, SEPARATION
+from mecanique.motion.trajectory import start_of
 from mecanique.wording import Legible
 
 if TYPE_CHECKING:
-    from mecanique.motion.record.trajectory import Trajectory
+    from mecanique.motion.trajectory import Trajectory
 
 
 SMALLER = 100.0
@@ -80,6 +80,9 @@ def trust(motion: Trajectory, accuracy: float) -> Trust:
     each stretch (Benettin, Galgani & Strelcyn, Phys. Rev. A 14 (1976) 2338).
     """
     begin, end = float(motion.curve.t[0]), float(motion.curve.t[-1])
+    # when exactly it breaks may differ, and with that on which side of the break a state is
+    smooth = ~np.isin(motion.t, motion.curve.t[motion.curve.breaks[1:]])
+    motion = replace(motion, t=motion.t[smooth], q=motion.q[smooth], v=motion.v[smooth])
     finer = _integrate_again(motion, motion.t, 1 / SMALLER)
     states = np.hstack([motion.q, motion.v])[: len(finer)]
     size = np.maximum(np.abs(states).max(axis=0), NO_STATE + np.abs(states).max() * 1e-3)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, final
 
 from mecanique.errors import DerivationError
@@ -66,6 +67,26 @@ class CompiledMotion:
             raise self._program
         return self._program
 
+    @cached_property
+    def accelerations(self) -> RatesProgram | None:
+        """The rates of a state by recursion, for many states at once; None if there are none."""
+        return self._write(reactions=False)
+
+    @cached_property
+    def reactions(self) -> RatesProgram | None:
+        """The same, with the reactions of joints and loops after them."""
+        return self._write(reactions=True)
+
+    def _write(self, *, reactions: bool) -> RatesProgram | None:
+        from mecanique.motion.compile.derive import motion_of
+
+        mechanism = self._mechanism()
+        assert mechanism is not None, "who asks holds the mechanism"
+        try:
+            return motion_of(mechanism, reactions=reactions)
+        except DerivationError:
+            return None
+
     def rhs(self, reference: Reference) -> RightHandSide:
         """Return a new function f(t, y) = y', which overwrites its last answer."""
         program = self.program(reference)
@@ -80,11 +101,6 @@ class CompiledMotion:
         if self._stepper is None:
             self._stepper = Stepper(self.program(reference))
         return self._stepper
-
-    @property
-    def known(self) -> RatesProgram | None:
-        """The program, if it was derived and compared with the reference."""
-        return self._program if isinstance(self._program, RatesProgram) else None
 
     @property
     def possible(self) -> bool:

@@ -21,7 +21,8 @@ from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.articulated import Articulated, articulate
 from mecanique.generation.mechanics.closed_form import ClosedFormProgram
 from mecanique.generation.mechanics.constrained import FactorizedConstraints, landing_of
-from mecanique.generation.mechanics.dynamics import Tree
+from mecanique.generation.mechanics.dynamics import TapeDynamics, Tree
+from mecanique.generation.mechanics.free_body_forces import FreeBodyForces
 from mecanique.generation.program import LoopProjection
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
@@ -81,6 +82,45 @@ def power_of(mechanism: Mechanism) -> RatesProgram:
     for Q, v in zip(Tree(letters).forces(), letters.v, strict=True):
         power = power + Q * v
     return RatesProgram(mechanism, letters.tape, tuple(values_of([power])), (), ())
+
+
+def energies_of(mechanism: Mechanism) -> RatesProgram:
+    """Return kinetic energy, V of gravity and V of the springs as a program of three results."""
+    letters = Letters(mechanism)
+    tree = Tree(letters)
+    parts = values_of([*tree.recursion.energy(), tree.loads.energy()])
+    return RatesProgram(mechanism, letters.tape, tuple(parts), (), tuple(letters.signals))
+
+
+def poses_of(mechanism: Mechanism) -> RatesProgram:
+    """Return the upper three rows of the poses of all bodies as a program."""
+    letters = Letters(mechanism)
+    recursion = Tree(letters).recursion
+    still = np.eye(4).tolist()
+    poses = (
+        still if body.name == mechanism.ground else recursion.pose(body.name)
+        for body in mechanism.bodies
+    )
+    entries = values_of([entry for pose in poses for row in pose[:3] for entry in row])
+    return RatesProgram(mechanism, letters.tape, tuple(entries), (), tuple(letters.signals))
+
+
+def motion_of(mechanism: Mechanism, *, reactions: bool = False) -> RatesProgram:
+    """Return the rates of a state by recursion as a program, then force and moment of reactions.
+
+    Raises:
+        DerivationError: if it is too long, or elements and contacts share the reactions.
+    """
+    letters = Letters(mechanism, most=MOST)
+    tree = Tree(letters)
+    dynamics = TapeDynamics(letters, tree, tree, "recursion along the tree")
+    answers = [*letters.rates, *dynamics.acceleration]
+    if reactions:
+        for wrench in FreeBodyForces(dynamics).joint_reactions():
+            answers += [*wrench.force, *wrench.moment]
+    values, signals = tuple(values_of(answers)), tuple(letters.signals)
+    landing = dynamics.landing if mechanism.constrained else None
+    return RatesProgram(copy(mechanism), letters.tape, values, (), signals, landing)
 
 
 def _solve_loops(letters: Letters, states: States | None) -> tuple[list[Value], LoopProjection]:

@@ -123,6 +123,8 @@ def _write(
 ) -> tuple[list[str], list[str]]:
     """Assignments and the outputs' expressions; what is used once is written where it is used."""
     names = {name: f"s{k}" for k, name in enumerate(program.states)} | {"t": "t"}
+    # a motion has no driving forces besides those described
+    names |= {f"tau {velocity}": "0.0" for velocity in program.mechanism.velocities}
     needed = tape.find_needed(outputs)
     uses = dict.fromkeys(needed, 0)
     for value in [*(v for place in needed for v in tape.operations[place][1]), *outputs]:

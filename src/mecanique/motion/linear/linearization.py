@@ -20,7 +20,6 @@ from mecanique.motion.output.plot import new_figure
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Event
 from mecanique.motion.record.rates import Rates
-from mecanique.motion.record.trajectory import Statistics
 from mecanique.motion.simulation.problem import Values, sample_times
 from mecanique.motion.tolerances import (
     ACCELERATES,
@@ -37,6 +36,7 @@ from mecanique.motion.tolerances import (
     TINY,
     UNDAMPED,
 )
+from mecanique.motion.trajectory import Statistics
 from mecanique.wording import Legible, write_table
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ import numpy as np
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.mechanism_units import add_unit, units
 from mecanique.motion.analysis.energies import energies
-from mecanique.motion.record.trajectory import Trajectory
 from mecanique.motion.tolerances import FLAT_CURVE
+from mecanique.motion.trajectory import Trajectory
 
 
 def plot(motion: Trajectory, what: str = "coordinates", joint: str | None = None) -> Any:

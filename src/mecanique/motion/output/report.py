@@ -9,12 +9,12 @@ from mecanique.arrays import spread
 from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism_units import add_unit, units
 from mecanique.motion.analysis.energies import energies, losses
+from mecanique.motion.analysis.extremes import find_bounds, find_exceeded
 from mecanique.motion.analysis.trust import estimate_errors
-from mecanique.motion.record.extremes import find_bounds, find_exceeded
 from mecanique.wording import say_count
 
 if TYPE_CHECKING:
-    from mecanique.motion.record.trajectory import Trajectory
+    from mecanique.motion.trajectory import Trajectory
 
 
 MOST_ENERGIES = 2000

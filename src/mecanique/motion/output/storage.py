@@ -25,8 +25,8 @@ from mecanique.model.mechanism_units import add_unit, per_second, units
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Occurrence
 from mecanique.motion.record.rates import Rates
-from mecanique.motion.record.trajectory import Statistics, Trajectory
 from mecanique.motion.tolerances import ANOTHER
+from mecanique.motion.trajectory import Statistics, Trajectory
 
 MAX_TRIALS = 1000
 """Most combinations of whole-number options to try."""

@@ -19,7 +19,6 @@ from mecanique.model.values import Given
 from mecanique.motion.compile.closed import ClosedProgram
 from mecanique.motion.compile.python import owning
 from mecanique.motion.record.curve import Curve, State, Steps
-from mecanique.motion.record.trajectory import Trajectory
 from mecanique.motion.simulation.choice import (
     Choice,
     first_choice,
@@ -47,6 +46,7 @@ from mecanique.motion.simulation.problem import (
 )
 from mecanique.motion.simulation.watching import Interruption, Watcher
 from mecanique.motion.tolerances import INDEFINITE
+from mecanique.motion.trajectory import Trajectory
 from mecanique.reference import Reference
 from mecanique.wording import say_count
 

@@ -21,10 +21,10 @@ from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.curve import PLACES, Curve, Steps, interpolate
 from mecanique.motion.record.events import Event, Occurrence, Quantity, break_names
-from mecanique.motion.record.trajectory import Trajectory
 from mecanique.motion.simulation.integrators.methods import StallDetector, Task, advance_within
 from mecanique.motion.simulation.problem import Outcome, Problem
 from mecanique.motion.tolerances import AT_LIMIT, IDLE, INSTANT, SHORTEST_FLIGHT, TINY
+from mecanique.motion.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference

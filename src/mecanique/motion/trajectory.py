@@ -13,6 +13,7 @@ from mecanique.arrays import spread
 from mecanique.errors import UnknownNameError
 from mecanique.model.free_bodies import FloatingState, floating_state
 from mecanique.model.mechanism import Mechanism
+from mecanique.motion.compile.along import StateLaw, StateSums
 from mecanique.motion.record.curve import Curve, State, Times
 from mecanique.motion.record.events import Event, ModeSpan, Occurrence, Switches, break_names
 from mecanique.motion.record.loops import ClosedLoops
@@ -108,7 +109,8 @@ class Trajectory:
     @cached_property
     def a(self) -> np.ndarray:
         """Accelerations at the samples, by the equations of motion, shape (n, nv)."""
-        accelerations: np.ndarray = self.reference.acceleration(self.q, self.v, self.t)
+        law = StateLaw(self.mechanism, self.reference)
+        accelerations = law.accelerations(self.t, self.q, self.v)
         accelerations.flags.writeable = False
         return accelerations
 
@@ -163,7 +165,19 @@ class Trajectory:
             t: times [s]: a number, for shape (nb, 4, 4), or shape (n,); the samples' by default.
         """
         state = self._states(t)
-        return self.reference.poses(state.q, state.t)
+        if not np.ndim(state.t):
+            return self.reference.poses(state.q, state.t)
+        from mecanique.motion.compile.derive import poses_of
+
+        count, bodies = len(state.q), len(self.mechanism.bodies)
+
+        def ask(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+            return self.reference.poses(q, t)[:, :, :3].reshape(len(t), -1)
+
+        rows = StateSums(self.mechanism, poses_of, ask)(np.asarray(state.t), state.q, state.v)
+        poses = np.zeros((count, bodies, 4, 4))
+        poses[:, :, :3], poses[:, :, 3, 3] = rows.reshape(count, bodies, 3, 4), 1.0
+        return poses
 
     def pose(self, body: str, t: Times | None = None) -> np.ndarray:
         """Return the poses of one body in the world, shape (n, 4, 4).
@@ -175,8 +189,9 @@ class Trajectory:
         Raises:
             UnknownNameError: if there is no such body.
         """
-        state = self._states(t)
-        return self.reference.pose(body, state.q, state.t)
+        poses = self.poses(t)
+        pose: np.ndarray = poses[..., self.mechanism.bodies.index(self.mechanism.body(body)), :, :]
+        return pose
 
     def velocity(self, body: str, t: Times | None = None) -> Twist:
         """Return the velocities of a body's origin and its angular ones, (n, 3), world axes.
@@ -228,7 +243,7 @@ class Trajectory:
 
     @cached_property
     def _reactions(self) -> dict[str, Wrench]:
-        return self.reference.reactions(self.q, self.v, self.t)
+        return StateLaw(self.mechanism, self.reference).reactions(self.t, self.q, self.v)
 
     def guide_forces(self, t: Times | None = None) -> dict[str, np.ndarray]:
         """Return the forces of the elements that guide, by name: tensions of cords, shape (n,) [N].
@@ -304,20 +319,22 @@ def states_at(motion: Trajectory, t: np.ndarray) -> State:
     return motion.curve(t)
 
 
-def add_steps(motion: Trajectory, most: int) -> Trajectory:
-    """Return a motion with at most so many samples at its steps too; none of implicit methods."""
+MOST_STEPS, MOST_BETWEEN = 1000, 100
+"""A motion is looked at in so many of the integrator's steps, and in the middle of so many."""
+
+
+def look_along(motion: Trajectory) -> Trajectory:
+    """Return a motion sampled at its own steps and between some, however it was sampled.
+
+    Implicit methods have no steps of use: the motion is then sampled evenly.
+    """
     curve = motion.curve
-    if not curve.smooth:
-        return motion
-    ends = np.flatnonzero(np.diff(curve.t, append=np.inf))  # at a break the state after it
-    steps = ends[spread(len(ends), most)]
-    fresh = np.setdiff1d(curve.t[steps], motion.t)
-    if not len(fresh):
-        return motion
-    state = motion(fresh)
-    order = np.argsort(np.concatenate([motion.t, fresh]), kind="stable")
-    t, q, v = (
-        np.concatenate(parts)[order]
-        for parts in ((motion.t, fresh), (motion.q, state.q), (motion.v, state.v))
-    )
-    return replace(motion, t=t, q=q, v=v, path=curve)
+    if curve.smooth:
+        steps = np.unique(curve.t)
+        starts = curve.intervals[spread(len(curve.intervals), MOST_BETWEEN)]
+        middles = (curve.t[starts] + curve.t[starts + 1]) / 2
+        times = np.union1d(steps[spread(len(steps), MOST_STEPS)], middles)
+    else:
+        times = np.unique(np.linspace(curve.t[0], curve.t[-1], MOST_STEPS + 1))
+    state = motion(times)
+    return replace(motion, t=times, q=state.q, v=state.v, path=curve)

@@ -15,7 +15,7 @@ from mecanique.motion.record.rates import Rates
 from mecanique.motion.tolerances import BEYOND_LIMIT, INSTANT
 
 if TYPE_CHECKING:
-    from mecanique.motion.record.trajectory import Trajectory
+    from mecanique.motion.trajectory import Trajectory
 
 CANDIDATES = 3
 """Highest local maxima at the nodes that are refined; another can only lead by chance."""
@@ -52,29 +52,30 @@ def find_maxima(
     before = np.nextafter(curve.t[curve.breaks[1:]], -np.inf)
     nodes = np.unique(np.concatenate([curve.t, (curve.t[1:] + curve.t[:-1]) / 2, before]))
     rows = measure(nodes)
-    best, times = [], []
-    for k, column in enumerate(rows.T):
-        around = np.concatenate([[-np.inf], column, [-np.inf]])
-        peaks = np.flatnonzero((column >= around[:-2]) & (column >= around[2:]))
-        peaks = peaks[np.argsort(-column[peaks], kind="stable")][:CANDIDATES]
-        low, high = nodes[(peaks - 1).clip(0)], nodes[(peaks + 1).clip(max=len(nodes) - 1)]
-        tops, at = column[peaks], nodes[peaks]
-        for _ in range(ROUNDS if len(nodes) > 1 else 0):
-            grid = np.linspace(low, high, POINTS)
-            values = measure(grid.ravel())[:, k].reshape(grid.shape)
-            top = values.argmax(axis=0)
-            which = np.arange(len(peaks))
-            higher = values[top, which] > tops
-            tops, at = (
-                np.where(higher, values[top, which], tops),
-                np.where(higher, grid[top, which], at),
-            )
-            width = (high - low) / (POINTS - 1)
-            low, high = np.maximum(at - width, low), np.minimum(at + width, high)
-        first = int(tops.argmax())
-        best.append(float(tops[first]) if np.isfinite(tops[first]) else np.nan)
-        times.append(float(at[first]) if np.isfinite(tops[first]) else np.nan)
-    return Maxima(np.array(best), np.array(times))
+    # the peaks of all quantities are narrowed down together, as many states cost less at once
+    around = np.pad(rows, ((1, 1), (0, 0)), constant_values=-np.inf)
+    is_peak = (rows >= around[:-2]) & (rows >= around[2:])
+    order = np.argsort(np.where(is_peak, -rows, np.inf), axis=0, kind="stable")[:CANDIDATES]
+    place, which = np.nonzero(np.take_along_axis(is_peak, order, axis=0))
+    peaks = order[place, which]
+    low, high = nodes[(peaks - 1).clip(0)], nodes[(peaks + 1).clip(max=len(nodes) - 1)]
+    tops, at, each = rows[peaks, which], nodes[peaks], np.arange(len(peaks))
+    for _ in range(ROUNDS if len(nodes) > 1 else 0):
+        grid = np.linspace(low, high, POINTS)
+        values = measure(grid.ravel()).reshape(*grid.shape, -1)[:, each, which]
+        top = values.argmax(axis=0)
+        higher = values[top, each] > tops
+        tops = np.where(higher, values[top, each], tops)
+        at = np.where(higher, grid[top, each], at)
+        width = (high - low) / (POINTS - 1)
+        low, high = np.maximum(at - width, low), np.minimum(at + width, high)
+    best, times = np.full((2, rows.shape[1]), np.nan)
+    for k in range(rows.shape[1]):
+        mine = np.flatnonzero((which == k) & np.isfinite(tops))
+        if len(mine):
+            first = mine[tops[mine].argmax()]
+            best[k], times[k] = tops[first], at[first]
+    return Maxima(best, times)
 
 
 def find_bounds(motion: Trajectory) -> Array:
