@@ -202,6 +202,15 @@ def test_more_modes_than_are_written_out_are_refused() -> None:
     )
     with pytest.raises(mq.DerivationError, match="'many' has 243 modes, more than 81; expected"):
         mq.derive_modes(many)
+    # those of a motion are written out by name: five brakes are one of five times the friction
+    motion = mq.simulate(many, v={"x": 1.0}, duration=0.01)
+    (mode,) = mq.derive_modes(many, only=[span.states for span in motion.modes * 2]).modes
+    assert set(mode.states.values()) == {"slips +"}
+    G, mu_k, slope = sp.symbols("g mu alpha")
+    expected = G * (sp.sin(slope) - 5 * mu_k)
+    assert sp.simplify(mode.accelerations["x''"] - expected) == 0
+    with pytest.raises(mq.DerivationError, match="expected a state of 'dry0', sticks, slips"):
+        mq.derive_modes(many, only=[{"dry1": "sticks"}])
 
 
 def test_constraints_that_hold_in_every_mode_are_refused() -> None:

@@ -9,7 +9,7 @@ open.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from itertools import product
@@ -233,19 +233,24 @@ def list_symbols(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
             yield force_symbol(sign, element.name), words.format(element.name)
 
 
-def derive_modes(mechanism: Mechanism, most: int = MOST_MODES) -> Modes:
+def derive_modes(
+    mechanism: Mechanism, most: int = MOST_MODES, only: Collection[Mapping[str, str]] = ()
+) -> Modes:
     """Derive the equations of every mode of a mechanism with elements that switch.
 
     Args:
         mechanism: a tree with `Friction`, `Stop` or `Contact` among its `switching` elements;
             contacts with planes, those with friction in plane motion.
         most: so many modes are written out at most; each may take seconds.
+        only: the modes to write out, each by the state of every element, such as the `states` of a
+            motion's `modes`; by default all.
 
     Returns:
         The modes, each with its accelerations, the forces of the elements and its conditions.
 
     Raises:
-        DerivationError: if an element is not treated, or there are too many modes.
+        DerivationError: if an element is not treated, there are too many modes, or a state is not
+            one of its element.
 
     Example:
         >>> from dataclasses import replace
@@ -270,16 +275,19 @@ def derive_modes(mechanism: Mechanism, most: int = MOST_MODES) -> Modes:
     for row in rows:
         balance -= Matrix(row.slopes) * row.symbol
 
-    choices = [_list_states(forces) for forces in unknown]
-    count = prod(len(states) for states in choices)
+    choices = {forces.element.name: _list_states(forces) for forces in unknown}
+    # a dictionary keeps the order in which modes are named first
+    chosen = dict.fromkeys(_require_states(choices, states) for states in only)
+    count = len(chosen) or prod(map(len, choices.values()))
     if count > most:
         raise DerivationError(
             f"mechanism {mechanism.name!r} has {count} modes, more than {most}; expected "
-            "fewer elements that switch"
+            "fewer elements that switch, or some of its modes: only=[…], such as the states of a "
+            "motion's modes"
         )
     modes: list[ModeEquations] = []
     places = _place_letters(mechanism)
-    for states in product(*choices):
+    for states in chosen or product(*choices.values()):
         laws = list(balance)
         for forces, state in zip(unknown, states, strict=True):
             laws += _constrain(forces, state)
@@ -299,6 +307,18 @@ def derive_modes(mechanism: Mechanism, most: int = MOST_MODES) -> Modes:
             )
         )
     return Modes(mechanism, tuple(modes))
+
+
+def _require_states(
+    choices: Mapping[str, Sequence[str]], named: Mapping[str, str]
+) -> tuple[str, ...]:
+    """Return the state of each element in a mode that is named."""
+    for element, states in choices.items():
+        if named.get(element) not in states:
+            raise DerivationError(
+                f"expected a state of {element!r}, {', '.join(states)}; got {named.get(element)!r}"
+            )
+    return tuple(named[element] for element in choices)
 
 
 def _refuse_unwritten(mechanism: Mechanism) -> None:

@@ -16,6 +16,7 @@ import numpy as np
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.switching import (
     OPEN,
+    ElementRows,
     Mode,
     ModeProblem,
     Scalars,
@@ -100,17 +101,10 @@ class PageCorners:
             for signal in motion.mechanism.inputs
             if isinstance(signal.signal, ElementForce)
         ]
-        names = [element.name for element in self.elements]
-        self._modes = [
-            name_mode(self.elements, dict(zip(names, states, strict=True)))
-            for states in product(*(element.states for element in self.elements))
-        ]
         struck = [element for element in self.elements if element.struck]
-        self._strikes = [
-            name_mode(self.elements, {e.name: s for e, s in zip(struck, states, strict=True)})
-            for states in product(*(element.states for element in struck))
-            if any(state != OPEN for state in states)
-        ]
+        self._modes = list(_combine(self.elements, self.elements))
+        strikes = _combine(self.elements, struck)
+        self._strikes = [mode for mode in strikes if {*_name(mode)} != {OPEN}]
 
     @property
     def dynamics(self) -> TapeDynamics:
@@ -139,8 +133,8 @@ class PageCorners:
         )
         return functions, PageModes(
             elements=listed,
-            modes=tuple(tuple(state.name for state in mode) for mode in modes),
-            strikes=tuple(tuple(state.name for state in mode) for mode in strikes),
+            modes=tuple(map(_name, modes)),
+            strikes=tuple(map(_name, strikes)),
             positional=tuple(self._corners.rows.positional.tolist()),
             forces=len(self._forces),
             length=self._corners.length,
@@ -166,7 +160,7 @@ class PageCorners:
         a, forces = self._equations.solve(mode, drive)
         margins = list_present_margins(terms, self.elements, mode, forces, self._length)
         rubbing = [element.tangents for element in self.elements if element.tangents]
-        heat = [sum(-1.0 * forces[row] * terms.rates[row] for row in rows) for rows in rubbing]
+        heat = [-1.0 * forces[rows[0]] * terms.rates[rows[0]] for rows in rubbing]  # in a plane
         signals = [self._press(force, forces) for force in self._forces]
         return [
             *a,
@@ -189,10 +183,8 @@ class PageCorners:
         drive = strike(terms, targets, elements)
         change, impulses = self._equations.solve(mode, drive)
         between = terms.jacobian @ (as_scalars(self.letters.v) + 0.5 * change)
-        taken = [
-            sum((-1.0 * impulses[row] * between[row] for row in element.rows), 0.0)
-            for element in elements
-        ]
+        works = impulses * between
+        taken = [-1.0 * sum(works[list(element.rows)], 0.0) for element in elements]
         return [*change, *taken, *self._presuppose(mode, drive, change, impulses)]
 
     def _presuppose(
@@ -262,7 +254,7 @@ class PageCorners:
         for span in motion.modes:
             named = tuple(span.states[element.name] for element in self.elements)
             for mode, written in zip(modes, values, strict=True):
-                if tuple(state.name for state in mode) != named:
+                if _name(mode) != named:
                     continue
                 t = (span.begin + span.end) / 2
                 at = motion(t)
@@ -279,6 +271,17 @@ class PageCorners:
                         f"the program gives other forces in the mode {', '.join(named)} than the "
                         f"motion, by {gap:.1e}"
                     )
+
+
+def _combine(elements: Sequence[ElementRows], moving: Sequence[ElementRows]) -> Iterator[Mode]:
+    """Yield every mode of some elements, the others being open."""
+    for states in product(*(element.states for element in moving)):
+        named = {element.name: state for element, state in zip(moving, states, strict=True)}
+        yield name_mode(elements, named)
+
+
+def _name(mode: Mode) -> tuple[str, ...]:
+    return tuple(state.name for state in mode)
 
 
 def _refuse(corners: Corners) -> None:
