@@ -241,6 +241,10 @@ def test_files_named_in_included_files_stand_beside_the_main_or_the_included_one
         (model("", '<equality><tendon tendon1="a"/></equality>'), "'a' is no tendon along joints"),
         (model("", '<equality><flex flex="a"/></equality>'), "<flex> among the constraints"),
         (model("", '<equality><joint joint1="a"/></equality>'), "'a' is no hinge or slide"),
+        (
+            model(TWO, '<equality><joint joint1="a_joint" joint2="c"/></equality>'),
+            "'c' is no hinge or slide",
+        ),
         (model("", '<equality><weld body1="a"/></equality>'), "names a body that is not there"),
         (model("", '<equality><weld site1="a"/></equality>'), "names a site that is not there"),
         (model('<include file="a.xml"/>'), "expected a file beside this one, got 'a.xml'"),

@@ -1167,11 +1167,8 @@ class _Reader(Source):
             key = f"equality.{element.tag}" if named else element.tag
             texts = self._attributes(element, key, defaults)
             name = names.free(texts.get("name") or element.tag)
-            if element.tag == "joint":
+            if named:
                 self._follow(element, texts)
-                continue
-            if element.tag == "tendon":
-                self._tie(element, texts)
                 continue
             if "site1" in texts:
                 ends = [self._sites.get(texts.get(site, "")) for site in ("site1", "site2")]
@@ -1207,39 +1204,29 @@ class _Reader(Source):
         return a.shift @ relative, at  # where the anchor of b goes, MuJoCo counts it in
 
     def _follow(self, element: Element, texts: Mapping[str, str]) -> None:
-        """Note y − y₀ = Σ cₖ (x − x₀)ᵏ of two joints."""
-        first, second = texts.get("joint1", ""), texts.get("joint2", "")
-        for name in (first, *([second] if second else [])):
-            if name not in self._references:
-                raise self.refuse(element, f"{name!r} is no hinge or slide")
+        """Solve L − L₀ = Σ cₖ (M − M₀)ᵏ of joints, or tendons along joints, for L's last joint."""
+        sides = []
+        for name in filter(None, (texts.get(f"{element.tag}1", "?"), texts.get(f"{element.tag}2"))):
+            side = self._tendons.get(name) if element.tag == "tendon" else None
+            if element.tag == "joint" and name in self._references:
+                side = _Tendon(element, name, {name: 1.0})
+            if side is None or not side.factors:
+                kind = "hinge or slide" if element.tag == "joint" else "tendon along joints"
+                raise self.refuse(element, f"{name!r} is no {kind}")
+            sides.append(side)
         factors = self.numbers(element, texts, "polycoef", (0, 1, 0, 0, 0), 5, least=1).tolist()
-        law: Scalar = self._references[first] + factors[0]
-        if second:
-            x = coordinate(second) - self._references[second]
-            law = law + sum(c * x**k for k, c in enumerate(factors) if k and c)
-        self.follow(element, first, law)
-
-    def _tie(self, element: Element, texts: Mapping[str, str]) -> None:
-        """Solve L − L₀ = Σ cₖ (M − M₀)ᵏ of two tendons along joints for the first's last joint."""
-        tendons = []
-        for name in [texts.get("tendon1", ""), *([texts["tendon2"]] if "tendon2" in texts else [])]:
-            if name not in self._tendons or self._tendons[name].element.tag != "fixed":
-                raise self.refuse(element, f"{name!r} is no tendon along joints")
-            tendons.append(self._tendons[name])
-        factors = self.numbers(element, texts, "polycoef", (0, 1, 0, 0, 0), 5, least=1).tolist()
-        first = tendons[0]
         moved = {joint: coordinate(joint) - self._references[joint] for joint in self._references}
         law: Scalar = factors[0]
-        for second in tendons[1:]:
+        for second in sides[1:]:
             x = second.along(moved)
             law = law + sum(c * x**k for k, c in enumerate(factors) if k and c)
-        free = [joint for joint in first.factors if joint not in self.laws]
+        along = sides[0].factors
+        free = [joint for joint in along if len(along) == 1 or joint not in self.laws]
         if not free:
             raise self.refuse(element, "no joint along the tendon is free to follow")
         joint = free[-1]
-        law = (law - first.along(moved | {joint: 0.0})) / first.factors[joint]
-        law = law + self._references[joint]
-        self.follow(element, joint, law)
+        law = (law - sides[0].along(moved | {joint: 0.0})) / along[joint]
+        self.follow(element, joint, law + self._references[joint])
 
     def _mechanism(self, root: Element) -> Mechanism:
         s = self._settings
