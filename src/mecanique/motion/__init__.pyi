@@ -32,5 +32,5 @@ from mecanique.motion.linear.steady import (
 from mecanique.motion.motion import Motion as Motion, simulate as simulate
 from mecanique.motion.record.curve import State as State
 from mecanique.motion.record.events import Event as Event, Occurrence as Occurrence
-from mecanique.motion.record.trajectory import Statistics as Statistics
+from mecanique.motion.trajectory import Statistics as Statistics
 from mecanique.motion.simulation.watching import contact_events as contact_events
