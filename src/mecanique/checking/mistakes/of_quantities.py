@@ -14,7 +14,16 @@ from mecanique.arrays import Array
 from mecanique.checking.budget import spend
 from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.tape import FormulaTape
-from mecanique.checking.grammar.tree import Node, call, compound, negate, number, raise_to, rate
+from mecanique.checking.grammar.tree import (
+    Node,
+    call,
+    divide,
+    multiply,
+    negate,
+    number,
+    raise_to,
+    rate,
+)
 from mecanique.checking.judgement.motion import Residual
 from mecanique.checking.judgement.quantities import AskedQuantity, measure, roll
 from mecanique.checking.judgement.truth import Truth, stack_mass, value_of
@@ -76,10 +85,10 @@ class QuantityMistakes:
         claims = [(quantity.values, self._truth.sample.values)]
         if quantity.again is not None:
             claims.append((quantity.again[0], {**claims[0][1], **quantity.again[1]}))
-        for weight, kind, said, part, changed in _mutate(residual.root, written):
+        for mistake, changed in _mutate(residual.root, written):
             spend()
             if self._holds(replace(residual, tape=FormulaTape(changed)), quantity, *claims):
-                yield Mistake(kind, said, part, weight)
+                yield mistake
 
     def _explain_reading(self, residual: Residual, quantity: AskedQuantity) -> Iterator[Mistake]:
         """Yield relative for absolute coordinates, and angles from a line at right angles."""
@@ -265,7 +274,7 @@ class QuantityMistakes:
                 "T2 − T0 + V, with the terms of T by their degree in the velocities"
             )
             yield Mistake("Jacobi", text, "", 0.5)
-        for weight, kind, said, part, changed in _mutate(root, written):
+        for mistake, changed in _mutate(root, written):
             spend()
             try:
                 slope = rate(changed, moving)
@@ -274,7 +283,7 @@ class QuantityMistakes:
             values = FormulaTape(slope).evaluate(truth.sample.letters, truth.sample.count)
             constant = (np.abs(values.whole) <= _CONSERVED * values.size).all()
             if constant and values.size.any():
-                yield Mistake(kind, said, part, weight)
+                yield mistake
 
 
 def _oscillate(below: Terms, above: Terms) -> Array:
@@ -310,55 +319,34 @@ def _other_measures(
         yield 0.8, "it is inverted", inverse
 
 
-def _mutate(root: Node, text: str) -> Iterator[tuple[float, str, str, str, Node]]:
-    """Yield the formula with a single part changed: weight, kind, words, part, formula."""
-    for path, node in _paths(root, ()):
-        part = " ".join(text[node.start : node.end].split())
-        parent = _at(root, path[:-1]) if path else None
-        is_term = parent is not None and parent.kind in ("sum", "negative")
-        changes: list[tuple[float, str, str, Node]] = []
-        if node.kind == "call" and node.name in ("sin", "cos"):
-            swapped = "cos" if node.name == "sin" else "sin"
-            changes.append(
-                (1.0, "sin for cos", f"'{part}' should be {swapped}", call(swapped, *node.parts))
-            )
-            changes.append(
-                (1.1, "power", f"'{part}' should be squared: '{part}^2'", raise_to(node, number(2)))
-            )
-        if node.kind == "letter" and part:
-            changes.append(
-                (1.2, "power", f"'{part}' should be {part}^2", raise_to(node, number(2)))
-            )
-        if node.kind == "power":
-            base = " ".join(text[node.parts[0].start : node.parts[0].end].split())
-            changes.append((1.3, "power", f"'{part}' should be {base}", node.parts[0]))
-        if is_term:
-            changes.append((0.9, "sign", f"the sign of the term '{part}' is wrong", negate(node)))
-            twice = compound("product", number(2), node)
-            half = compound("quotient", node, number(2))
-            changes.append(
-                (1.4, "factor", f"the term '{part}' is half of what it should be", twice)
-            )
-            changes.append((1.4, "factor", f"the term '{part}' is twice what it should be", half))
-        for weight, kind, said, changed in changes:
-            yield weight, kind, said, part, _put(root, path, changed)
+def _mutate(node: Node, text: str, *, is_term: bool = False) -> Iterator[tuple[Mistake, Node]]:
+    """Yield each single change within a formula, with the changed formula."""
+    part = " ".join(text[node.start : node.end].split())
+    for weight, kind, said, changed in _change(node, part, text, is_term=is_term):
+        yield Mistake(kind, said, part, weight), changed
+    within = node.kind in ("sum", "negative")
+    for k, child in enumerate(node.parts):
+        for mistake, changed in _mutate(child, text, is_term=within):
+            parts = (*node.parts[:k], changed, *node.parts[k + 1 :])
+            yield mistake, replace(node, parts=parts)
 
 
-def _paths(node: Node, path: tuple[int, ...]) -> Iterator[tuple[tuple[int, ...], Node]]:
-    yield path, node
-    for k, part in enumerate(node.parts):
-        yield from _paths(part, (*path, k))
-
-
-def _at(root: Node, path: Sequence[int]) -> Node:
-    for k in path:
-        root = root.parts[k]
-    return root
-
-
-def _put(root: Node, path: Sequence[int], changed: Node) -> Node:
-    if not path:
-        return changed
-    k = path[0]
-    parts = (*root.parts[:k], _put(root.parts[k], path[1:], changed), *root.parts[k + 1 :])
-    return replace(root, parts=parts)
+def _change(
+    node: Node, part: str, text: str, *, is_term: bool
+) -> Iterator[tuple[float, str, str, Node]]:
+    """Yield the changes of a part itself: weight, kind, words and the changed part."""
+    squared = raise_to(node, number(2))
+    if node.kind == "call" and node.name in ("sin", "cos"):
+        swapped = "cos" if node.name == "sin" else "sin"
+        yield 1.0, "sin for cos", f"'{part}' should be {swapped}", call(swapped, *node.parts)
+        yield 1.1, "power", f"'{part}' should be squared: '{part}^2'", squared
+    if node.kind == "letter" and part:
+        yield 1.2, "power", f"'{part}' should be {part}^2", squared
+    if node.kind == "power":
+        base = " ".join(text[node.parts[0].start : node.parts[0].end].split())
+        yield 1.3, "power", f"'{part}' should be {base}", node.parts[0]
+    if is_term:
+        yield 0.9, "sign", f"the sign of the term '{part}' is wrong", negate(node)
+        twice, half = multiply(number(2), node), divide(node, number(2))
+        yield 1.4, "factor", f"the term '{part}' is half of what it should be", twice
+        yield 1.4, "factor", f"the term '{part}' is twice what it should be", half
