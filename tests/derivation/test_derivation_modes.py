@@ -11,6 +11,7 @@ import sympy as sp
 
 import mecanique as mq
 from mecanique.derivation.mechanics.switching import OPEN, SLIPS, STICKS, ElementState, Mode
+from mecanique.derivation.switching import ModeCondition, ModeEquations, Modes
 from mecanique.motion.switching.law import Laws
 from mecanique.motion.switching.rows import SwitchingRows
 
@@ -245,3 +246,12 @@ def test_a_contact_with_a_body_that_time_moves_is_refused() -> None:
     touch = mq.Contact("touch", shaken.bodies[-1].name)
     with pytest.raises(mq.DerivationError, match="'touch': the coordinate map depends on time"):
         mq.derive_modes(replace(shaken, switching=(touch,)))
+
+
+def test_a_condition_that_fills_a_line_stands_by_itself() -> None:
+    short, long = sp.symbols("k"), sum(sp.symbols("a:p"))
+    for expression, begin in ((short, " $k$"), (long, "\n\\begin{align")):
+        held = (ModeCondition("while", expression),)
+        mode = ModeEquations({"belt": "sticks"}, {}, {}, held, {})
+        latex = Modes(mq.textbook.load("stick_slip"), (mode,)).latex()
+        assert f"while{begin}" in latex

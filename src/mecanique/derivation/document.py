@@ -12,7 +12,7 @@ from typing import final
 from mecanique.derivation.glossary import Meaning, clashes, meanings
 from mecanique.derivation.linear import Linear, linear
 from mecanique.derivation.printing.equations import equations, expression
-from mecanique.derivation.printing.lines import PAGE, align, display, number_rows, width
+from mecanique.derivation.printing.lines import INLINE, PAGE, align, display, number_rows, width
 from mecanique.derivation.printing.prose import escape as tex
 from mecanique.derivation.printing.prose import find_points, spell_greek, to_html, to_latex
 from mecanique.derivation.printing.writers import Equation, Latex, MathML, Text, Writer
@@ -29,7 +29,6 @@ _STILL = "Nothing can move: there is no coordinate, and so no equation of motion
 _NONE_LEFT = "No equation of motion is left to solve."
 _TAKEN = "Taken for granted: {} is"
 _POSITIVE = "which must stay positive."
-_INLINE = 120.0  # [pt], the widest equality that is set within a line of text
 _HANGING = 25.0  # [pt], indentation of the meanings of symbols
 _WIDTH = 100
 _FRAGMENT = "% part of a document with \\usepackage{amsmath}"
@@ -150,7 +149,7 @@ class Document:
             symbol = ", ".join(f"${writer.letter(name, False, '')}$" for name in meaning.names)
             said = self._convert(meaning.sentence)
             equality = "" if meaning.definition is None else _write_equality(meaning, writer)
-            if equality and width(equality) < _INLINE:
+            if equality and width(equality) < INLINE:
                 said, equality = f"{said}, ${equality}$", ""
             out.append(f"\\item[{{\\normalfont {symbol}}}] {said}")
             if equality:

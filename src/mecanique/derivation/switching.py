@@ -30,7 +30,7 @@ from mecanique.derivation.mechanics.switching import (
 from mecanique.derivation.printing import prose
 from mecanique.derivation.printing.expressions import from_sympy, to_matrix, to_sympy
 from mecanique.derivation.printing.formulas import MOVING, SUMS, open_sum
-from mecanique.derivation.printing.lines import display
+from mecanique.derivation.printing.lines import INLINE, display, width
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer, to_lines, write
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation
@@ -182,7 +182,7 @@ class Modes(Legible):
             parts += [display(formulas)] if formulas else []
             parts += [] if mode.accelerations else [f"{_UNDETERMINED}\n"]
             said = (
-                prose.to_latex(words, names) + (f" ${formula}$" if formula else "")
+                prose.to_latex(words, names) + _set_formula(formula)
                 for words, formula in mode.write_conditions(Latex())
             )
             parts.append("; ".join(said))
@@ -191,6 +191,13 @@ class Modes(Legible):
     @property
     def _caption(self) -> str:
         return f"{self.mechanism.name}: {say_count(len(self.modes), 'mode')}"
+
+
+def _set_formula(formula: str) -> str:
+    """Set a formula of LaTeX after words: within their line, or in lines of its own."""
+    if not formula:
+        return ""
+    return f" ${formula}$" if width(formula) < INLINE else "\n" + display([formula])
 
 
 class _Row(NamedTuple):

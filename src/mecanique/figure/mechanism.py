@@ -709,6 +709,7 @@ def figure(setting: Setting, *, legend: bool = True) -> tuple[Mark, ...]:
         marks += [*lengths(setting), *slopes(setting)]
         marks += [*coordinates(setting), *given_motions(setting)]
         marks += [*masses(setting)]
+    if lettered and legend:
         for parameter in _missing(setting, marks):
             marks += missing(setting, parameter.symbol)
     marks = [*clear_letters([*marks, *loads(setting)])]

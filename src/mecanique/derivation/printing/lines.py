@@ -8,6 +8,9 @@ from collections.abc import Iterator, Sequence
 PAGE = 335.0
 """Text width that formulas are fitted to, in points at a font size of 10 points."""
 
+INLINE = 120.0
+"""The widest formula that is set within a line of text [pt]."""
+
 _INDENT = 20.0  # indentation of a continued line, \qquad
 _LEFT = 0.3  # largest share of the page for the part before the equals sign
 _ROWS = 24  # largest number of rows in one display
