@@ -151,6 +151,7 @@ def test_a_potential_of_two_coordinates_by_hand() -> None:
         reference.acceleration([x, y], [0, 0]),
         [-(3 * x + 4 * x * y) / 2, -(3 * y + 2 * (x * x - y * y)) / 2],
         rtol=1e-14,
+        atol=0,
     )
     effects = {(effect.body, effect.other) for effect in reference.applied([x, y])}
     assert effects == {("led", "ground"), ("ground", "led"), ("ball", "led"), ("led", "ball")}

@@ -242,7 +242,7 @@ def _bounds_apart(mechanism: Mechanism, result: Mechanism) -> Iterator[float]:
     """Yield the relative differences of positions' limits, of joints with one coordinate."""
     read = {joint.name: joint for joint in result.joints}
     for joint in mechanism.joints:
-        other = _named(read, joint.name)
+        other = _find_joint(read, joint.name)
         if isinstance(joint, Single) and isinstance(other, Single):
             sides = [side.limits or Limits() for side in (joint, other)]
             for ours, theirs in zip(*((x.lower, x.upper) for x in sides), strict=True):
@@ -283,7 +283,7 @@ def _comparable(mechanism: Mechanism, form: Form, *, whole: bool, mapped: bool) 
     )
 
 
-def _named(joints: Mapping[str, Joint], name: str) -> Joint | None:
+def _find_joint(joints: Mapping[str, Joint], name: str) -> Joint | None:
     """Return a joint by its name, or by what SDF makes of it."""
     return joints.get(name, joints.get(name_in_sdf(name)))
 
@@ -294,15 +294,15 @@ def _pair_names(mechanism: Mechanism, result: Mechanism) -> dict[str, str]:
     free = {joint.child: joint for joint in result.joints if isinstance(joint, Floating)}
     names: dict[str, str] = {}
     for joint in mechanism.joints:
-        same = _named(read, joint.name)
+        same = _find_joint(read, joint.name)
         if isinstance(joint, Floating):
-            same = _named(free, joint.child)
+            same = _find_joint(free, joint.child)
         pairs: list[tuple[Joint | Elementary, Joint]] = []
         if same is not None and same.nq == joint.nq:
             pairs += [(joint, same)]
         else:
             steps = zip(joint.chain, chains(mechanism)[joint.name], strict=True)
-            known = ((motion, _named(read, step.name)) for motion, step in steps)
+            known = ((motion, _find_joint(read, step.name)) for motion, step in steps)
             pairs += [(motion, joint) for motion, joint in known if joint is not None]
         for ours, theirs in pairs:
             names.update(zip(ours.coordinates, theirs.coordinates, strict=True))

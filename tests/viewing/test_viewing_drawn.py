@@ -42,7 +42,7 @@ def test_a_cone_reaches_from_its_base_to_its_apex() -> None:
     places = top.shapes[0].pose @ [flat, corners[:, 0], corners[:, 1], ones]
     apex, rim = places[2].argmin(), places[1].argmax()
     np.testing.assert_allclose(places[:3, apex], 0.0, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(places[1:3, rim], [values["r"], values["h"]], rtol=1e-12)
+    np.testing.assert_allclose(places[1:3, rim], [values["r"], values["h"]], rtol=1e-12, atol=0)
 
 
 @pytest.mark.parametrize(
@@ -63,7 +63,7 @@ def test_a_pin_on_the_bare_ground_has_a_foot_away_from_what_it_carries(
     assert (mark.foot[-1] if mark.foot else 0.0) == foot
     if mark.foot:
         seat = mechanism.evaluate_all(mechanism.joints[0].origin.xyz)
-        assert mark.foot[:3] == pytest.approx(seat)
+        assert mark.foot[:3] == pytest.approx(seat, abs=1e-12)
 
 
 def test_what_is_attracted_has_a_line_and_no_rod() -> None:

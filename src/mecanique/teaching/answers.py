@@ -133,10 +133,7 @@ class Solver:
         (symbol,) = inputs
         letters = self._linearize(dict.fromkeys(self._mechanism.coordinates, 0.0)).symbolic
         M, C, K = letters.matrices.M, letters.matrices.C, letters.matrices.K
-        rows = [
-            [_polynomial(*map(_say, entries)) for entries in zip(*row, strict=True)]
-            for row in zip(M, C, K, strict=True)
-        ]
+        rows = [list(map(_polynomial, *row)) for row in zip(M, C, K, strict=True)]
         by = []
         for Q in self._equations.derivation.Q:
             acts = symbol in {g.name for g in Q.generators()}
@@ -184,13 +181,13 @@ class Solver:
         letters, square, _ = self._swing()
         return Answer(f"T = 2 pi/sqrt({_say(square)})", self._linear_steps(letters))
 
-    def undamped(self) -> Answer:
+    def undamped_frequency(self) -> Answer:
         """Return the undamped frequency of a damped mechanism."""
         letters, square, damping = self._swing()
         self._refuse(not damping, "it is not damped")
         return Answer(f"omega = sqrt({_say(square)})", self._linear_steps(letters))
 
-    def damped(self) -> Answer:
+    def damped_frequency(self) -> Answer:
         """Return the frequency of a damped mechanism, √(K/M − (C/2M)²)."""
         letters, square, damping = self._swing()
         self._refuse(not damping, "it is not damped")
@@ -242,7 +239,7 @@ class Solver:
 
     @property
     def _rates_by_momenta(self) -> list[str]:
-        M = [[_say(entry) for entry in row] for row in self._equations.derivation.M]
+        M = [list(map(_say, row)) for row in self._equations.derivation.M]
         return self._solve(M, self._momenta)
 
     def _number(self, letter: str) -> list[str]:
@@ -262,7 +259,7 @@ class Solver:
         """Return the solution of one or two linear equations, by Cramer's rule."""
         self._refuse(len(rows) > 2, "it has more than two coordinates")
         first, *others = map(_bracket, right)
-        (a, *b), *below = ([_bracket(entry) for entry in row] for row in rows)
+        (a, *b), *below = (map(_bracket, row) for row in rows)
         if not others:
             return [f"{first}/{a}"]
         (second,), ((c, d),) = others, below
@@ -304,12 +301,12 @@ def _subtract(product: tuple[str, str], other: tuple[str, str]) -> str:
     return " - ".join(terms) if all(terms) else terms[0] or f"-{terms[1]}"
 
 
-def _polynomial(square: str, linear: str, constant: str) -> str:
+def _polynomial(square: Series, linear: Series, constant: Series) -> str:
     """Return a polynomial in s."""
-    terms = [(square, " s^2"), (linear, " s"), (constant, "")]
+    terms = [(_say(square), " s^2"), (_say(linear), " s"), (_say(constant), "")]
     written = [(x, power) for x, power in terms if x != "0"]
-    if written == [(constant, "")]:
-        return constant
+    if written == terms[2:]:
+        return written[0][0]
     return " + ".join(f"{_bracket(x)}{power}" for x, power in written) or "0"
 
 
@@ -364,11 +361,11 @@ KINDS = {
     ),
     "undamped frequency": _Kind(
         "Find the angular frequency omega of small oscillations about zero without the damping.",
-        Solver.undamped,
+        Solver.undamped_frequency,
     ),
     "damped frequency": _Kind(
         "Find the angular frequency omega of the damped small oscillations about zero.",
-        Solver.damped,
+        Solver.damped_frequency,
     ),
     "transfer function": _Kind(
         "Find the transfer function G(s) of {what}, for small motions about zero.",

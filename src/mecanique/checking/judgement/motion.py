@@ -350,10 +350,7 @@ def count_missing(equations: Sequence[Residual]) -> int:
     """Return the number of accelerations that equations and constraints leave undetermined."""
     sample, truth = equations[0].sample, equations[0].truth
     names = (*truth.accelerations, *truth.multipliers)
-    rows = np.empty((sample.count, len(equations), len(names)))
-    for row, residual in enumerate(equations):
-        for column, name in enumerate(names):
-            rows[:, row, column] = residual.tape.along(residual.slopes, name)
+    rows = _slopes(equations, names)
     ties = np.zeros((sample.count, sample.slopes.shape[1], rows.shape[2]))
     ties[:, :, : sample.slopes.shape[2]] = sample.slopes
     # in the unit of each acceleration's own inertia
@@ -371,13 +368,18 @@ def count_missing(equations: Sequence[Residual]) -> int:
 
 def count_independent(equations: Sequence[Residual]) -> int:
     """Return the number of equations that do not follow from each other."""
-    columns = [
-        [residual.tape.along(residual.slopes, name) for name in residual.truth.moving]
-        for residual in equations
-    ]
-    rows = np.nan_to_num(np.array(columns)).transpose(2, 0, 1)[:_RANKED]
+    rows = np.nan_to_num(_slopes(equations, equations[0].truth.moving)[:_RANKED])
     rows = rows / np.maximum(np.linalg.norm(rows, axis=2, keepdims=True), 1e-300)
     return int(np.linalg.matrix_rank(rows, tol=_RANK).max())
+
+
+def _slopes(equations: Sequence[Residual], names: Sequence[str]) -> Array:
+    """Return the derivative of each equation by each name in each state, shape (n, m, k)."""
+    slopes = np.empty((equations[0].sample.count, len(equations), len(names)))
+    for row, residual in enumerate(equations):
+        for column, name in enumerate(names):
+            slopes[:, row, column] = residual.tape.along(residual.slopes, name)
+    return slopes
 
 
 def _count_open(matrix: Array, accelerations: int) -> int:

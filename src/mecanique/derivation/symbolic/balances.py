@@ -299,7 +299,9 @@ class FreeBodies:
         """The guides that no element describes."""
         self._held = {name for guide in every for name in guide.coordinates}
         self.guiding = Guiding(self.cuts)
-        free = {cut.body: [*self._free(cut), *self._led(cut)] for cut in self.cuts.bodies}
+        free = {
+            cut.body: [*self._free(cut), *self._find_idle_rates(cut)] for cut in self.cuts.bodies
+        }
         self.demands = demands(self.cuts, _need, None if mechanism.elements else free)
         """The wrench that each joint must transmit to its child, by name of the child."""
         self.unknowns: dict[str, str] = dict(self.guiding.meanings)
@@ -392,7 +394,7 @@ class FreeBodies:
             guided |= {g.name for g in algebra.lift(algebra.values[name]).generators()}
         return [rate for rate in here if rate.name not in guided]
 
-    def _led(self, cut: Cut) -> Iterator[JointRate]:
+    def _find_idle_rates(self, cut: Cut) -> Iterator[JointRate]:
         """Yield the directions in which bodies without mass that lead a body transmit nothing.
 
         All joints from the ground to it transmit the same, as nothing acts between them: no force
