@@ -6,7 +6,16 @@ from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from math import gcd
 
-from mecanique.derivation.scalars.polynomials import Polynomial, exponent, exponents, power
+from mecanique.derivation.scalars.polynomials import (
+    Polynomial,
+    accumulate,
+    exponent,
+    exponents,
+    largest_exponent,
+    lowest_terms,
+    power,
+    product_to_sum,
+)
 from mecanique.derivation.scalars.series import Kind, Series, canonical
 from mecanique.derivation.tolerances import ROUNDING
 
@@ -17,15 +26,13 @@ def tidy(series: Series) -> Series:
     # often as possible: q²/ρ² + 1 = (q² + ρ²)/ρ², and (m₁² + m₁ m₂)/(m₁ + m₂)² = m₁/(m₁ + m₂)
     ring = series.ring
     for index, degree, argument in reversed(ring.roots):
-        lowest = min((exponent(monomial, index) for _, monomial, _ in series.terms()), default=0)
+        lowest = min((exponent(m, index) for p in series.parts.values() for m in p), default=0)
         if lowest >= 0:
             continue
         steps = -(lowest // degree)
         root = Series(ring, {0: {power(index): 1}}, 1, 1)
         cleared = series
-        for _ in range(
-            steps * degree
-        ):  # one by one: ρ² alone would turn into s before it multiplies the series
+        for _ in range(steps * degree):  # as ρ² alone would turn into s before it multiplies
             cleared = cleared * root
         while steps and (quotient := divide_exactly(cleared, argument)) is not None:
             cleared, steps = quotient, steps - 1
@@ -111,25 +118,27 @@ def divide_by_wave(series: Series, key: int) -> Series | None:
     """Return series / cos A, or / sin A, by the key of that function; None with a remainder."""
     # With sines and cosines of sums, the term P cos(k φ + ψ) of the largest k, where A contains φ,
     # is 2 P cos(k φ + ψ − A) cos A less a term of smaller k, and so on; likewise for sines
-    ring, angle, wave = series.ring, key >> 1, Series(series.ring, {key: {0: 1}}, 1, 1)
+    angle = key >> 1
     index, step = exponents(angle)[0]
-    quotient, rest, seen = ring.number(0), series, set[int]()
+    quotient, seen = dict[int, Polynomial](), set[int]()
+    rest = {trig: dict(polynomial) for trig, polynomial in series.parts.items()}
     while rest:
-        top = max(rest.parts, key=lambda trig: abs(exponent(trig >> 1, index)))
+        top = max(rest, key=lambda trig: abs(exponent(trig >> 1, index)))
         turns = exponent(top >> 1, index)
         packed = (top >> 1) - (angle if turns * step > 0 else -angle)
-        # cos(-x) = cos x, sin(-x) = -sin x, whose sign the coefficient below takes along
+        # cos(-x) = cos x, sin(-x) = -sin x, whose sign the product below takes along
         trig = 2 * abs(packed) + ((top ^ key) & 1)
         if not turns or trig == 1 or top in seen:
             return None
         seen.add(top)
-        product = Series(ring, {trig: {0: 1}}, 1, series.reach) * wave
-        if top not in product.parts:
-            return None
-        size = Fraction(product.parts[top][0], product.denominator)
-        term = canonical(ring, {trig: rest.parts[top]}, rest.denominator, rest.reach) / size
-        quotient, rest = quotient + term, rest - term * wave
-    return quotient
+        waves = dict(product_to_sum(trig, key)) if trig else {key: 1}
+        sign, polynomial = waves.pop(top), rest.pop(top)
+        accumulate(quotient, trig, polynomial, 2 * sign if trig else sign)
+        for wave, other in waves.items():
+            accumulate(rest, wave, polynomial, -sign * other)
+        rest, _ = lowest_terms(rest, 1)
+    reach = series.reach + largest_exponent([angle])
+    return canonical(series.ring, quotient, series.denominator, reach)
 
 
 def integrate(series: Series, name: str) -> Series | None:

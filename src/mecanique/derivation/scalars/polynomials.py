@@ -145,7 +145,7 @@ def product(first: Parts, second: Parts, most: int) -> tuple[Parts, int]:
         for g, r in second.items():
             both = multiply(p, r)
             if f and g:
-                for trig, sign in _product_to_sum(f, g):
+                for trig, sign in product_to_sum(f, g):
                     accumulate(parts, trig, both, sign)
             else:
                 accumulate(parts, f or g, both, 2 if halved else 1)
@@ -246,7 +246,7 @@ def lower_powers(
 
 
 @lru_cache(maxsize=1 << 16)
-def _product_to_sum(f: int, g: int) -> tuple[tuple[int, int], ...]:
+def product_to_sum(f: int, g: int) -> tuple[tuple[int, int], ...]:
     """Return 2 f g as (function, sign) pairs, e.g. 2 cos K cos L = cos(K − L) + cos(K + L)."""
     K, L = f >> 1, g >> 1
     plus, minus = 2 * (K + L), 2 * abs(K - L)

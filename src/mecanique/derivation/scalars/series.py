@@ -344,6 +344,8 @@ def _reduce(series: Series) -> Series:
     """Replace ρ² by s wherever ρ = √s was adjoined, and adjoined divisors by their sums."""
     ring = series.ring
     for index, degree, argument in reversed(ring.roots):
+        if index not in series._powers():
+            continue
         # negative powers of a unit can be taken out, too
         lowered = lower_powers(series.parts, index, degree, below_zero=argument.is_unit)
         if lowered.keys() - {0}:

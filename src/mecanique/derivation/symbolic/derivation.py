@@ -223,6 +223,11 @@ def along_displacement(displacement: Sequence[Series], rows: Sequence[Series]) -
     return rows[0].ring.sum([part * row for part, row in pairs if part])
 
 
+def project(column: Sequence[Series], others: Sequence[Sequence[Series]]) -> list[Series]:
+    """Return the product of a column with each of the others."""
+    return [tidy(along_displacement(column, other)) for other in others]
+
+
 class SymbolicMethod(Protocol):
     """A method that derives a mechanism's equations of motion as series."""
 

@@ -17,7 +17,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import partial
 from itertools import combinations
 from typing import TypeAlias, final
 
@@ -30,7 +29,7 @@ from mecanique.derivation.printing.writers import Equation, Expression
 from mecanique.derivation.scalars.cancel import divide_by_wave, tidy
 from mecanique.derivation.scalars.polynomials import exponents, power
 from mecanique.derivation.scalars.series import Kind, Ring, Series
-from mecanique.derivation.symbolic.derivation import Left, Matrix, Result, Stage, Tie
+from mecanique.derivation.symbolic.derivation import Left, Matrix, Result, Stage, Tie, project
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
@@ -40,7 +39,6 @@ Column: TypeAlias = "list[Series]"
 
 _LONGEST = 60
 """Balances and displacements with more terms are too long to be read."""
-
 
 LONGEST_ABOVE = 40
 """Numerators with more terms are too long to be read."""
@@ -355,17 +353,18 @@ class Allowed:
         """Return a displacement p with A p = values."""
         p = [ring.number(0)] * len(rows[0])
         for row, u in self.pulls:
-            p = _subtract(p, _dot(ring, rows[row], p) - values[row], u)
+            (met,) = project(rows[row], [p])
+            p = _subtract(p, met - values[row], u)
         return p
 
     def weigh(self, ring: Ring, rows: Sequence[Column], forces: Column) -> list[Series]:
         """Return the multipliers λ with Aᵀ λ = forces, which do no work along S."""
         multipliers = [ring.number(0)] * len(rows)
         for k, (row, u) in reversed([*enumerate(self.pulls)]):
-            later = [
-                multipliers[other] * _dot(ring, rows[other], u) for other, _ in self.pulls[k + 1 :]
-            ]
-            multipliers[row] = tidy(_dot(ring, forces, u) - ring.sum(later))
+            later = [other for other, _ in self.pulls[k + 1 :]]
+            work, *parts = project(u, [forces, *(rows[other] for other in later)])
+            taken = [multipliers[i] * part for i, part in zip(later, parts, strict=True)]
+            multipliers[row] = tidy(work - ring.sum(taken))
         return multipliers
 
 
@@ -382,16 +381,13 @@ def sweep(
     Those left are met as well if one may divide by what vanishes in some positions.
     """
     # Of the displacements that could meet a row, the one with the least rank gives way
-    one, zero = ring.number(1), ring.number(0)
-    basis = [[zero] * count for _ in range(count)]
-    for k, column in enumerate(basis):
-        column[k] = one
+    basis = identity(ring, count)
     ranks = list(ranks or range(count))
     pulls: list[tuple[int, Column]] = []
     waiting = list(range(len(rows)))
     while waiting:
         for row in waiting:
-            entries = [_dot(ring, rows[row], column) for column in basis]
+            entries = project(rows[row], basis)
             met = [k for k, entry in enumerate(entries) if entry]
             step = _satisfy(ring, basis, entries, sorted(met, key=lambda k: ranks[k]))
             if step is not None or not met:
@@ -401,7 +397,7 @@ def sweep(
             if not divide:
                 break
             row = waiting.pop(0)
-            entries = [_dot(ring, rows[row], column) for column in basis]
+            entries = project(rows[row], basis)
             met = [k for k, entry in enumerate(entries) if entry]
             pivot = min(met, key=lambda k: (len(entries[k]), ranks[k]))
             step = _give_way(basis, entries, met, pivot)
@@ -422,7 +418,7 @@ def _solve_by_cramer(
     ring: Ring, basis: list[Column], rows: Sequence[Sequence[Series]]
 ) -> list[Column]:
     """Return displacements that satisfy rows without constant entries, by Cramer's rule."""
-    whole = [[*map(partial(_dot, ring, row), basis)] for row in rows]
+    whole = [project(row, basis) for row in rows]
     size = len(rows)
     if size > _MOST_ROWS or sum(len(entry) for row in whole for entry in row) > _LONGEST:
         raise DerivationError(
@@ -434,7 +430,7 @@ def _solve_by_cramer(
     while not choices:
         for entries in map(list, combinations(whole, size)):
             for places in combinations(range(len(basis)), size):
-                if minor := determinant(ring, _select(entries, places)):
+                if minor := determinant(ring, select(entries, places)):
                     choices.append((len(minor), places[::-1], places, entries, minor))
         size -= 1
     *_, held, entries, minor = min(choices, key=lambda choice: choice[:2])
@@ -443,7 +439,7 @@ def _solve_by_cramer(
         if free in held:
             continue
         column = [minor * x for x in basis[free]]
-        shares = cramer(ring, _select(entries, held), [row[free] for row in entries])
+        shares = cramer(ring, select(entries, held), [row[free] for row in entries])
         for k, share in zip(held, shares, strict=True):
             column = [a - share * b for a, b in zip(column, basis[k], strict=True)]
         shared = divide_waves([tidy(entry) for entry in column])
@@ -460,7 +456,7 @@ def determinant(ring: Ring, rows: Sequence[Sequence[Series]]) -> Series:
     for k, entry in enumerate(first):
         if entry:
             rest = [i for i in range(len(first)) if i != k]
-            terms.append(entry * determinant(ring, _select(others, rest)) * (-1) ** k)
+            terms.append(entry * determinant(ring, select(others, rest)) * (-1) ** k)
     return tidy(ring.sum(terms))
 
 
@@ -469,18 +465,14 @@ def cramer(ring: Ring, rows: Sequence[Sequence[Series]], sides: Sequence[Series]
     numerators = []
     for k in range(len(rows)):
         pairs = zip(rows, sides, strict=True)
-        numerators.append(
-            determinant(ring, [[*row[:k], side, *row[k + 1 :]] for row, side in pairs])
-        )
+        replaced = [[*row[:k], side, *row[k + 1 :]] for row, side in pairs]
+        numerators.append(determinant(ring, replaced))
     return numerators
 
 
-def _select(rows: Sequence[Sequence[Series]], places: Sequence[int]) -> list[list[Series]]:
+def select(rows: Sequence[Sequence[Series]], places: Sequence[int]) -> list[list[Series]]:
     """Select entries of every row, in the given order."""
-    selected: list[list[Series]] = []
-    for row in rows:
-        selected.append([row[k] for k in places])
-    return selected
+    return [[row[k] for k in places] for row in rows]
 
 
 def make_positive(column: Column) -> Column:
@@ -528,8 +520,9 @@ def _give_way(
     return rest, [tidy(entry / pivot) for entry in basis[place]], place
 
 
-def _dot(ring: Ring, row: Sequence[Series], column: Column) -> Series:
-    return tidy(ring.sum([a * b for a, b in zip(row, column, strict=True) if a and b]))
+def identity(ring: Ring, size: int) -> list[Column]:
+    """Return the rows of a unit matrix."""
+    return [[ring.number(int(i == k)) for k in range(size)] for i in range(size)]
 
 
 def _subtract(column: Column, factor: Series, other: Column) -> Column:

@@ -8,12 +8,12 @@ Dynamics of Nonholonomic Systems, 1972, ch. III).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
-from itertools import combinations, compress, product
+from functools import cached_property, partial
+from itertools import combinations, product
 from math import inf, prod
 from typing import final
 
@@ -34,17 +34,21 @@ from mecanique.derivation.symbolic.derivation import (
     Result,
     Stage,
     along_displacement,
+    project,
 )
 from mecanique.derivation.symbolic.multipliers import (
+    LONGEST_ABOVE,
     Column,
     Quotient,
     cramer,
     determinant,
     divide_common,
     divide_waves,
+    identity,
     is_constant,
     make_positive,
     name_of,
+    select,
     sweep,
 )
 from mecanique.derivation.symbolic.symbols import coordinate_of
@@ -62,9 +66,6 @@ _MOST_DIVIDED = 2
 _MOST_PRODUCTS = 20_000
 """Determinants that multiply out to more terms are not expanded."""
 
-_LONGEST = 40
-"""Numerators with more terms are too long to be read."""
-
 _LONGEST_OF_LOOPS = 20
 """The same at the end of a derivation of loops, of which there is a shorter equation."""
 
@@ -81,9 +82,12 @@ class EliminatedSolution:
     rows: tuple[Series, ...]
     # each acceleration in closed form, by name; empty if they would be long
     accelerations: Mapping[str, Quotient]
-    # each constraint force in closed form, by name; in terms of accelerations if `accelerations` is
-    # empty
-    forces: Mapping[str, Quotient]
+    find_forces: Callable[[], dict[str, Quotient]]
+
+    @cached_property
+    def forces(self) -> Mapping[str, Quotient]:
+        """Each constraint force by name; of accelerations, if those have no closed form."""
+        return self.find_forces()
 
     @cached_property
     def equations(self) -> tuple[Equation, ...]:
@@ -102,11 +106,13 @@ class EliminatedSolution:
         )
 
 
-def solve(derivation: Derivation, kept: Sequence[str] = ()) -> EliminatedSolution:
+def solve(
+    derivation: Derivation, kept: Sequence[str] = (), longest: float = inf
+) -> EliminatedSolution:
     """Solve equations of motion; keep some velocities, or as many of the first as possible."""
-    # Raises a DerivationError if the constraints do not leave them independent, or a divisor might
-    # vanish
-    return _Solving(derivation, kept).solution()
+    # Accelerations that multiply out to more than `longest` terms are left out. Raises a
+    # DerivationError if the constraints do not leave them independent, or a divisor might vanish
+    return _Solving(derivation, kept).solution(longest)
 
 
 class _Solving:
@@ -124,10 +130,10 @@ class _Solving:
         wanted = [v.index(name) for name in kept]
         # what is kept gives way last; else the later coordinates follow the first
         ranks = [len(v) + k if k in wanted else len(v) - k for k in range(len(v))]
-        self.turn = _identity(ring, len(given))
+        self.turn = identity(ring, len(given))
         """Turns the constraints of ties into rows that can be met, A."""
         for _ in range(len(given) + 1):
-            self.A = [_mix(row, given) for row in self.turn]
+            self.A = [project(row, [*zip(*given, strict=True)]) for row in self.turn]
             self.allowed, left = sweep(ring, self.A, len(v), ranks)
             if not left or not self._turn_rows(left):
                 break
@@ -219,35 +225,38 @@ class _Solving:
             terms.append(prod(factors, start=coefficient))
         return tidy(self.ring.sum(terms))
 
-    def solution(self) -> EliminatedSolution:
+    def solution(self, longest: float) -> EliminatedSolution:
         """Return the solution: that with fewer terms, as constraints allow several forms."""
-        found = [self._solve(gamma, rest) for gamma, rest in self.sides]
+        found = [self._solve(gamma, rest, longest) for gamma, rest in self.sides]
         solved = [one for one in found if one.accelerations]
-        return min(solved, key=_count) if solved else found[-1]
+        return min(solved, key=_count) if solved[1:] else (solved or found)[-1]
 
-    def _solve(self, gamma: Sequence[Series], rest: Column) -> EliminatedSolution:
-        ring, S, p = self.ring, self.allowed.basis, self._reach(gamma)
-        moved = [self._inertia(column) for column in S]
-        fixed = [a + b for a, b in zip(self._inertia(p), rest, strict=True)]
-        mass = [_project(column, moved) for column in S]
-        loads = _project(fixed, S)
-        c = _solve_blocks(mass, [-load for load in loads])
+    def _solve(self, gamma: Sequence[Series], rest: Column, longest: float) -> EliminatedSolution:
+        S, p = self.allowed.basis, self._reach(gamma)
+        moved = [project(column, self.M) for column in S]
+        fixed = [a + b for a, b in zip(project(p, self.M), rest, strict=True)]
+        mass = [project(column, moved) for column in S]
+        loads = project(fixed, S)
         names = self.algebra.accelerations
+        shares = [*zip(*S, strict=True)] or [()] * len(p)
+        wide = max((len(row[k]) for k, row in enumerate(mass)), default=1)
+        terms = [
+            len(x) * wide + sum(len(a) * len(b) for a, b in zip(row, loads, strict=True))
+            for x, row in zip(p, shares, strict=True)
+        ]
+        long = max(terms, default=0) > longest
+        c = None if long else _solve_blocks(mass, [-load for load in loads])
         accelerations: dict[str, Quotient] = {}
         if c is not None:
-            shares = [*zip(*S, strict=True)] or [()] * len(p)
-            pairs = zip(names, p, shares, strict=True)
-            accelerations = self._shorten({name: _combine(x, row, c) for name, x, row in pairs})
-        rows = []
-        if self.kept or not S:
-            for row, load in zip(mass, loads, strict=True):
-                inertia = [m * ring[names[k]] for m, k in zip(row, self.kept, strict=True)]
-                rows.append(ring.sum([*inertia, load]))
+            parts = zip(names, p, shares, strict=True)
+            accelerations = self._shorten((name, _combine(x, row, c)) for name, x, row in parts)
+        a = [self.ring[names[k]] for k in self.kept]
+        pairs = zip(mass, loads, strict=True) if self.kept else ()
         return EliminatedSolution(
             tuple(self.algebra.velocities[k] for k in self.kept),
-            tuple(rows),
+            tuple(along_displacement(row, a) + load for row, load in pairs),
             accelerations,
-            self._forces(moved, fixed, c if accelerations else None),
+            partial(self._forces, moved, fixed, c if accelerations else None),
         )
 
     def _forces(
@@ -264,26 +273,26 @@ class _Solving:
             c = [Quotient(ring[names[k]], one) for k in self.kept]
         weighed = [self._weigh(column) for column in (*moved, fixed)]
         shared = self._find_shared()
-        found = {}
-        for k, tie in enumerate(self.ties):
-            if k not in shared:
-                found[name_of(tie.multiplier)] = _combine(
-                    weighed[-1][k], [w[k] for w in weighed[:-1]], c
-                )
-        return self._shorten(found)
+        weights = zip(*weighed, strict=True)
+        return self._shorten(
+            (name_of(tie.multiplier), _combine(rest, factors, c))
+            for k, (tie, (*factors, rest)) in enumerate(zip(self.ties, weights, strict=True))
+            if k not in shared
+        )
 
-    def _shorten(self, quotients: Mapping[str, Quotient]) -> dict[str, Quotient]:
+    def _shorten(self, quotients: Iterable[tuple[str, Quotient]]) -> dict[str, Quotient]:
         """Return quotients as short as the constraints allow, none if one is long."""
-        if not all(quotient.bearable for quotient in quotients.values()):
-            return {}
-        return {
-            name: Quotient(_shorten(quotient.above, self.rates), quotient.below)
-            for name, quotient in quotients.items()
-        }
+        found = {}
+        for name, quotient in quotients:
+            if not quotient.bearable:
+                return {}
+            found[name] = Quotient(_shorten(quotient.above, self.rates), quotient.below)
+        return found
 
     def _weigh(self, forces: Column) -> Column:
         """Return the multipliers of the ties that balance forces."""
-        return _mix(self.allowed.weigh(self.ring, self.A, forces), self.turn)
+        weights = self.allowed.weigh(self.ring, self.A, forces)
+        return project(weights, [*zip(*self.turn, strict=True)])
 
     def _find_shared(self) -> set[int]:
         """Return the ties whose forces redundancy leaves undetermined."""
@@ -293,10 +302,6 @@ class _Solving:
             pairs = zip(self._weigh(self.A[row]), self.turn[row], strict=True)
             shared |= {k for k, (own, other) in enumerate(pairs) if not (own - other).vanishes()}
         return shared
-
-    def _inertia(self, column: Column) -> Column:
-        """Return M times a column."""
-        return _project(column, self.M)
 
 
 def _turn(name: str, x: Quotient, y: Quotient) -> Sequence[Equation]:
@@ -316,23 +321,6 @@ def _turn(name: str, x: Quotient, y: Quotient) -> Sequence[Equation]:
             one = ring.number(1)
             return [Equation(expression(a), expression(b), one) for a, b in pairs]
     return ()
-
-
-def _identity(ring: Ring, size: int) -> list[Column]:
-    rows = [[ring.number(0)] * size for _ in range(size)]
-    for k, row in enumerate(rows):
-        row[k] = ring.number(1)
-    return rows
-
-
-def _mix(weights: Column, rows: Sequence[Column]) -> Column:
-    """Return the sum of rows, each times its weight."""
-    return _project(weights, [*zip(*rows, strict=True)])
-
-
-def _project(column: Sequence[Series], others: Sequence[Sequence[Series]]) -> Column:
-    """Return the product of a column with each of the others."""
-    return [tidy(along_displacement(column, other)) for other in others]
 
 
 def _find_still(derivation: Derivation) -> dict[str, Series]:
@@ -409,13 +397,13 @@ def _solve_blocks(M: Sequence[Sequence[Series]], loads: Sequence[Series]) -> lis
             edge = {j for k in edge for j, entry in enumerate(M[k]) if entry} - block
         rows = sorted(block)
         waiting = [k for k in waiting if k not in block]
-        part = [list(compress(M[i], map(block.__contains__, range(len(M))))) for i in rows]
+        part = select([M[i] for i in rows], rows)
         sides = [loads[i] for i in rows]
         # the product of three rows may have the product of their lengths
         if len(rows) > _MOST_COUPLED or prod(max(map(len, row)) for row in part) > _MOST_PRODUCTS:
             return None
         below = determinant(M[0][0].ring, part)
-        if below.vanishes() or len(below) > _LONGEST or max(map(len, sides)) > _LONGEST:
+        if below.vanishes() or len(below) > LONGEST_ABOVE or max(map(len, sides)) > LONGEST_ABOVE:
             return None
         for k, above in zip(rows, cramer(below.ring, part, sides), strict=True):
             found[k] = _reduce(above, below)
@@ -464,12 +452,14 @@ def result_of(derivation: Derivation) -> tuple[str, list[Equation | Result]]:
         return "", []
     said, lines = list[str](), list[Equation | Result]()
     with suppress(DerivationError):  # loops, and constraints without displacements everywhere
-        solved = solve(derivation)
+        loops = bool(derivation.algebra.mechanism.loops)
+        # what multiplies out to more than twice as many terms seldom becomes as short as is shown
+        solved = solve(derivation, longest=2 * _LONGEST_OF_LOOPS if loops else inf)
         single = len(solved.kept) == 1 and bool(solved.accelerations)
         lengths = [len(quotient.above) for quotient in solved.accelerations.values()]
-        if derivation.algebra.mechanism.loops and max(lengths, default=inf) > _LONGEST_OF_LOOPS:
+        if loops and max(lengths, default=inf) > _LONGEST_OF_LOOPS:
             raise DerivationError("their one equation by kinematic coefficients is shorter")
-        if derivation.ties and solved.equations:
+        if derivation.ties and solved.rows and all(map(without_common_divisor, solved.rows)):
             said.append(
                 f"The constraints leave {enumerate_words([*map(coordinate_of, solved.kept)])} free."
             )
