@@ -442,6 +442,31 @@ def test_an_oblique_impact_with_friction_conserves_momentum_about_the_contact() 
     np.testing.assert_allclose(about, 0.0, rtol=0, atol=1e-12)
 
 
+def test_what_ends_rolling_in_space_has_no_power_between_steps() -> None:
+    """The curve's errors between steps are no motion of the contact, and are not resolved."""
+    disk = mq.disk(1.0, 0.1).at(rpy=(math.pi / 2, 0, 0))
+    thrown = mq.Mechanism(
+        "thrown",
+        (mq.Body("ground"), mq.Body("disk", disk)),
+        (mq.Floating("free", "ground", "disk"),),
+        switching=(mq.Contact("floor", "disk", radius=0.1, mu=0.1, restitution=0.5),),
+    )
+    motion = mq.simulate(thrown, q=[0, 0, 0.2, 0, 0, 0, 1], v=[1.0, 0, 0, 0, 30.0, 0], duration=2.0)
+    assert motion.modes[-1].states == {"floor": "sticks"}
+    times = np.linspace(motion.modes[-1].begin, 2.0, 200)[1:]
+    rolling = motion(times)
+    assert motion.corners is not None
+    powers = motion.corners.powers(times, rolling.q, rolling.v)
+    np.testing.assert_array_equal(powers, np.zeros((199, 2)))
+    # m r v + m r² ω/2 is kept about the point of contact, and is 3 m r v/2 at the end
+    np.testing.assert_allclose(
+        motion.velocity("disk").linear[-1], [5 / 3, 0, 0], rtol=1e-9, atol=1e-9
+    )
+    energy = motion.energy()
+    lost = sum(motion.losses().values())
+    np.testing.assert_allclose(energy.total[0] - energy.total, lost, rtol=0, atol=1e-9)
+
+
 def test_a_ball_leaves_a_ball_at_ten_seventeenths() -> None:
     """Rolling all the way, 17 cos θ = 10 cos θ₀; friction without bound is nearly that."""
     R, r, lean = 1.0, 0.25, 0.2

@@ -264,13 +264,12 @@ class Corners:
         powers = []
         for moment, position, velocity in zip(t.tolist(), q, v, strict=True):
             terms, forces = self.forces(moment, position, velocity)
-            size = STILL * (np.abs(terms.jacobian) @ np.abs(velocity) + np.abs(terms.drift))
-            # what is held has no power, not even by rounding, which would be resolved in vain
-            slips = np.where(np.abs(terms.rates) <= size, 0.0, terms.rates)
-            moves = terms.rates - terms.drift
-            moves = np.where(np.abs(moves) <= size, 0.0, moves)
+            # what is held does not move: between steps it does by the error of the curve, whose
+            # power would be resolved in vain
+            slips = terms.rates.copy()
+            slips[self._list_rows(self.mode(moment))] = 0.0
             heat = [-forces[rows] @ slips[rows] for rows in self.rubbing.values()]
-            powers.append([*heat, forces @ moves])
+            powers.append([*heat, forces @ (slips - terms.drift)])
         return np.array(powers).reshape(len(t), -1)
 
     def margins(self, t: float, q: Array, v: Array) -> Array:
