@@ -396,3 +396,15 @@ def test_absolute_angles_keep_long_chains_short() -> None:
     L = _chain(n, (p[0], 0, 0, p[1 : 1 + n], p[1 + n :]))(q, v, 0)
     E = [operated.value for operated in ring.euler(L)]
     assert sum(map(len, E)) == 770
+
+
+def test_a_root_of_coefficients_beyond_all_floats_has_a_value() -> None:
+    # a spring far out on turned bodies: coefficients of exact floats without a common square
+    ring = Ring()
+    x = ring.coordinate("x")
+    far, near = Fraction(3**700, 2**1100 + 1), Fraction(5, 2**900 + 1)
+    square = far * x**2 + near
+    root = sqrt(square)
+    assert root**2 == square
+    value = math.sqrt(float(far) * 4.0 + float(near))
+    assert evaluate(root, {"x": 2.0}) == pytest.approx(value, rel=1e-14)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
@@ -137,6 +138,7 @@ def _find_square_content(series: Series) -> tuple[Fraction, int]:
     content = Fraction(
         math.gcd(*(c.numerator for c in numbers)), math.lcm(*(c.denominator for c in numbers))
     )
+    content *= _scale_of(max((c / content).numerator.bit_length() for c in numbers)) ** 2
     monomials = [m for _, m, _ in series.terms()]
     packed = 0
     for g in series.ring.generators:
@@ -161,8 +163,15 @@ def _take_root(ring: Ring, number: Fraction) -> Series:
             root = root * _adjoin_root(ring.number(prime), None)
         prime += 1
     if n > 1:
-        root = root * _adjoin_root(ring.number(n), None)
+        scale = _scale_of(n.bit_length())
+        outside *= scale
+        root = root * _adjoin_root(ring.number(Fraction(n, scale**2)), None)
     return root * outside / number.denominator
+
+
+def _scale_of(bits: int) -> int:
+    """Return 2^k by whose square integers of so many bits are divided, to have values as floats."""
+    return 2 ** (bits // 2) if bits > sys.float_info.max_exp // 2 else 1
 
 
 def _find_polynomial_root(series: Series) -> Series | None:
