@@ -144,3 +144,15 @@ def test_run_writes_the_page_of_a_system_with_corners(tmp_path: object) -> None:
     assert done.exit_code == 0, done.output
     assert "dry_oscillator: agrees at 100 random states" in done.output
     assert "event dry: sticks: t = 1.5707" in done.output
+
+
+def test_velocities_are_smooth_between_the_steps_that_close_in_on_a_corner() -> None:
+    # the last steps before the top sticks are 1e-12 s long: a derivative between them is rounding
+    motion = move("tippe_top")
+    (corner,) = motion.curve.breaks[1:]
+    t = motion.curve.t[:corner]
+    middles = (t[-8:] + t[-9:-1]) / 2
+    between = (motion.curve.v[corner - 8 : corner] + motion.curve.v[corner - 9 : corner - 1]) / 2
+    short = np.diff(t[-9:]) < 1e-9
+    assert short.any()
+    np.testing.assert_allclose(motion(middles[short]).v, between[short], rtol=0, atol=1e-8)

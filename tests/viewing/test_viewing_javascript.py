@@ -48,11 +48,6 @@ def test_every_script_of_the_page_is_in_it() -> None:
     assert found - {"boot", "gallery"} == set(script_modules())
 
 
-def test_no_folder_holds_more_than_a_dozen_assets() -> None:
-    count = Counter(path.parent.name for path in ASSETS.rglob("*") if path.is_file())
-    assert max(count.values()) <= 12, count
-
-
 @pytest.mark.parametrize("name", script_modules())
 def test_a_script_imports_what_is_there_under_its_own_name(name: str) -> None:
     lines = [line for line in text(name).splitlines() if line.startswith("import")]

@@ -472,7 +472,7 @@ def cramer(ring: Ring, rows: Sequence[Sequence[Series]], sides: Sequence[Series]
 
 def select(rows: Sequence[Sequence[Series]], places: Sequence[int]) -> list[list[Series]]:
     """Select entries of every row, in the given order."""
-    return [[row[k] for k in places] for row in rows]
+    return [list(map(row.__getitem__, places)) for row in rows]
 
 
 def make_positive(column: Column) -> Column:
@@ -522,7 +522,10 @@ def _give_way(
 
 def identity(ring: Ring, size: int) -> list[Column]:
     """Return the rows of a unit matrix."""
-    return [[ring.number(int(i == k)) for k in range(size)] for i in range(size)]
+    rows = [[ring.number(0)] * size for _ in range(size)]
+    for k, row in enumerate(rows):
+        row[k] = ring.number(1)
+    return rows
 
 
 def _subtract(column: Column, factor: Series, other: Column) -> Column:

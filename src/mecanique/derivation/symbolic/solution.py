@@ -240,10 +240,10 @@ class _Solving:
         names = self.algebra.accelerations
         shares = [*zip(*S, strict=True)] or [()] * len(p)
         wide = max((len(row[k]) for k, row in enumerate(mass)), default=1)
-        terms = [
-            len(x) * wide + sum(len(a) * len(b) for a, b in zip(row, loads, strict=True))
-            for x, row in zip(p, shares, strict=True)
-        ]
+        terms = []
+        for x, row in zip(p, shares, strict=True):
+            products = sum(len(a) * len(b) for a, b in zip(row, loads, strict=True))
+            terms.append(len(x) * wide + products)
         long = max(terms, default=0) > longest
         c = None if long else _solve_blocks(mass, [-load for load in loads])
         accelerations: dict[str, Quotient] = {}

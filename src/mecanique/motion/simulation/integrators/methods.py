@@ -447,7 +447,11 @@ def refine(problem: Problem, task: Task, steps: Steps, *, smooth: bool) -> Curve
     nq, rates = problem.mechanism.nq, problem.code.rates
     rounding = EPSILON * max(1.0, abs(steps.t[0]), abs(steps.t[-1]))
     rtol, atol = step_accuracy(problem)
-    curve = steps.curve(nq, rates, smooth, close=rtol < 1000 * rounding)
+    lengths = np.diff(steps.t)
+    lengths = lengths[lengths > 0]
+    # what closes in on an event or a corner takes steps of rounding
+    short = len(lengths) > 0 and lengths.min() <= UNRESOLVED * median(lengths)
+    curve = steps.curve(nq, rates, smooth, close=rtol < 1000 * rounding or bool(short))
     left = curve.intervals
     if not smooth or not len(left):
         return curve
