@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
-from mecanique.arrays import median, spread
+from mecanique.arrays import spread
 from mecanique.errors import UnknownNameError
 from mecanique.model.free_bodies import FloatingState, floating_state
 from mecanique.model.mechanism import Mechanism
@@ -17,7 +17,6 @@ from mecanique.motion.compile.along import StateLaw, StateSums
 from mecanique.motion.record.curve import Curve, State, Times
 from mecanique.motion.record.events import Event, ModeSpan, Occurrence, Switches, break_names
 from mecanique.motion.record.loops import ClosedLoops
-from mecanique.motion.tolerances import UNRESOLVED
 from mecanique.wording import say_count
 
 if TYPE_CHECKING:
@@ -332,11 +331,7 @@ def look_along(motion: Trajectory) -> Trajectory:
     curve = motion.curve
     if curve.smooth:
         steps = np.unique(curve.t)
-        # next to an event a step may be as short as rounding, with no state between its ends
-        lengths = np.diff(curve.t)[curve.intervals]
-        shortest = UNRESOLVED * median(lengths) if len(lengths) else 0.0
-        starts = curve.intervals[lengths > shortest]
-        starts = starts[spread(len(starts), MOST_BETWEEN)]
+        starts = curve.intervals[spread(len(curve.intervals), MOST_BETWEEN)]
         middles = (curve.t[starts] + curve.t[starts + 1]) / 2
         times = np.union1d(steps[spread(len(steps), MOST_STEPS)], middles)
     else:
