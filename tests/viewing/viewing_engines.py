@@ -61,7 +61,7 @@ def run(tasks: list[dict[str, Any]], folder: Path) -> list[dict[str, Any]]:
 def write_runner(tasks: list[dict[str, Any]], path: Path) -> Path:
     """Write a page that moves engines to their ends; what it finds is `found` there."""
     texts = []
-    for name in ("tableau", "dop853", "bounds", "loops", "corners", "machine"):
+    for name in ("../data/vectors", "tableau", "dop853", "bounds", "loops", "corners", "machine"):
         text = (ASSETS / f"{name}.js").read_text(encoding="utf-8")
         texts.append(re.sub(r"^import .*\n|^export ", "", text, flags=re.MULTILINE))
     data = json.dumps(tasks).replace("<", "\\u003c")

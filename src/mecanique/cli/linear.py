@@ -144,7 +144,7 @@ def _modes(linearization: Linearization) -> Iterator[str]:
 
 def exponents(steady: SteadyLinearization, *, as_json: bool) -> str:
     """Return the exponents of deviations from a steady motion, and their matrices."""
-    from mecanique.motion.linear.steady import write_exponent
+    from mecanique.motion.linear.steady import drop_noise, write_exponent
 
     if as_json:
         figures = {
@@ -161,7 +161,11 @@ def exponents(steady: SteadyLinearization, *, as_json: bool) -> str:
     lines.append(f"independent positions   {', '.join(steady.positions)}")
     lines.append(f"independent velocities  {', '.join(steady.velocities)}")
     lines.append(f"cyclic                  {', '.join(steady.cyclic) or 'none'}")
-    lines += ["", "exponents [1/s]", *(f"  {write_exponent(x)}" for x in steady.exponents)]
+    lines += [
+        "",
+        "exponents [1/s]",
+        *(f"  {write_exponent(x)}" for x in drop_noise(steady.exponents)),
+    ]
     for name, matrix in (("M", steady.M), ("C", steady.C), ("K", steady.K)):
         lines += ["", f"{name}"]
         lines += [_matrix_row(row) for row in _clean(matrix)]

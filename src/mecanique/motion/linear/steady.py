@@ -43,7 +43,6 @@ from mecanique.motion.tolerances import (
     SMALLEST_ANGLE,
     STABLE,
     STEADY,
-    SUMS,
 )
 from mecanique.threads import one_thread_for_loops
 
@@ -300,8 +299,7 @@ class SteadyLinearization:
     def exponents(self) -> np.ndarray:
         """The exponents without a zero for each deviation that nothing depends on [1/s]."""
         kept = [k for k in range(len(self.A)) if k not in self.idle]
-        rates = self.A[np.ix_(kept, kept)]
-        values = drop_noise(np.linalg.eigvals(rates), SUMS * np.abs(rates).max(initial=0.0))
+        values = np.linalg.eigvals(self.A[np.ix_(kept, kept)])
         result: np.ndarray = values[np.lexsort((values.imag, values.real))]
         return result
 
@@ -313,7 +311,7 @@ class SteadyLinearization:
 
     def __repr__(self) -> str:
         kind = "stable" if self.stable else "unstable"
-        listed = ", ".join(map(write_exponent, self.exponents))
+        listed = ", ".join(map(write_exponent, drop_noise(self.exponents)))
         return f"<{kind} steady motion of {self.mechanism.name!r}: λ = {listed or 0}>"
 
 
@@ -468,9 +466,9 @@ def _refuse_changing(
         )
 
 
-def drop_noise(exponents: np.ndarray, rounding: float = 0.0) -> np.ndarray:
-    """Return the exponents with parts that are noise beside the largest, or rounding, as zero."""
-    noise = max(NO_ENTRY * np.abs(exponents).max(initial=0.0), rounding)
+def drop_noise(exponents: np.ndarray) -> np.ndarray:
+    """Return the exponents, to be printed, with parts that are noise beside the largest as zero."""
+    noise = NO_ENTRY * np.abs(exponents).max(initial=0.0)
     re, im = (np.where(np.abs(x) > noise, x, 0.0) for x in (exponents.real, exponents.imag))
     return re + 1j * im
 

@@ -137,8 +137,9 @@ export function frame(boxes, rows, layout, { bounds: given, streamed = false } =
   const size = ownSize(boxes, rows, moves);
   const far = streamed || (size > 0 && sizeOf(whole) > FAR * size);
   if (!far) return { box: whole, far };
-  const moving = boxes.map((box, b) => (moves[b] ? box : null)); // what rests is left behind
-  return { box: startBox(moving, rows, layout, moves), far };
+  // what rests is left behind by a motion that is known to go far
+  const shown = streamed ? boxes : boxes.map((box, b) => (moves[b] ? box : null));
+  return { box: startBox(shown, rows, layout, moves), far };
 }
 
 // Where to look, and from where: every corner of the box is in the picture, with a margin.
