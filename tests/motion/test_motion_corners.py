@@ -8,6 +8,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.special import ellipkinc
 
 import mecanique as mq
@@ -464,8 +465,46 @@ def test_what_ends_rolling_in_space_has_no_power_between_steps() -> None:
     )
     energy = motion.energy()
     lost = sum(motion.losses().values())
-    # where slip ends, its direction may be rounding, and so the curve's last rate: 6e-8 J of heat
-    np.testing.assert_allclose(energy.total[0] - energy.total, lost, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(energy.total[0] - energy.total, lost, rtol=0, atol=1e-9)
+
+
+def test_friction_in_space_opposes_slip_however_far_it_turns() -> None:
+    """A puck pulled around: v' = F(t)/m − μ g v/|v|, integrated by itself.
+
+    Beyond a right angle from where slip began, friction had the direction it had there.
+    """
+    w, pull, mu = 2.0, 5.0, 0.1
+    bodies = ("ground", "along", "across")
+    puck = mq.Mechanism(
+        "puck",
+        (*map(mq.Body, bodies), mq.Body("puck", mq.particle(1.0))),
+        (
+            mq.Prismatic("x", "ground", "along", axis=(1, 0, 0)),
+            mq.Prismatic("y", "along", "across", axis=(0, 1, 0)),
+            mq.Prismatic("z", "across", "puck", axis=(0, 0, 1)),
+        ),
+        forces=(
+            mq.Force(
+                "pull",
+                "puck",
+                (0, 0, 0),
+                (pull * mq.cos(w * mq.time()), pull * mq.sin(w * mq.time()), 0),
+                axes="world",
+            ),
+        ),
+        switching=(mq.Contact("floor", "puck", mu=mu),),
+    )
+    start = [0.0, -2.5, 0.0]
+    motion = mq.simulate(puck, q=[0, 0, 0], v=start, duration=6.0, samples=25)
+
+    def slope(t: float, v: np.ndarray) -> np.ndarray:
+        force = pull * np.array([math.cos(w * t), math.sin(w * t)])
+        return np.asarray(force - mu * 9.81 * v / np.hypot(*v))
+
+    alone = solve_ivp(slope, (0, 6), start[:2], rtol=1e-11, atol=1e-12, t_eval=motion.t)
+    np.testing.assert_allclose(motion.v[:, :2], alone.y.T, rtol=0, atol=1e-7)
+    assert motion.audit().ok
+    assert [span.states for span in motion.modes] == [{"floor": "slips"}]
 
 
 def test_a_ball_leaves_a_ball_at_ten_seventeenths() -> None:

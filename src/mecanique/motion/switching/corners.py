@@ -40,7 +40,7 @@ from mecanique.model.parameters import Input
 from mecanique.motion.compile.python import list_values, scalar
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Event, ModeSpan, Occurrence
-from mecanique.motion.switching.law import Laws, ModeSolution, UndecidedError
+from mecanique.motion.switching.law import ASTRAY, Laws, ModeSolution, UndecidedError
 from mecanique.motion.switching.rows import SwitchingRows
 from mecanique.motion.tolerances import (
     CLOSED_GAP,
@@ -209,7 +209,7 @@ class Corners:
     def _rates(self, t: float, y: Array) -> Array:
         """Return the rates of a state by the engine's quantities."""
         q, v = y[: self._nq], y[self._nq :]
-        solution = self._solve(self.rows.at(q, v, t), self.mode(t), t)
+        solution = self._solve(self.rows.at(q, v, t), v, t)
         return np.concatenate([self.rows.rates.first(q, v), solution.a])
 
     def _program(self, t: float, y: Array) -> ModeProgram | None:
@@ -246,8 +246,9 @@ class Corners:
             for a, b in pairs
         )
 
-    def _solve(self, terms: Terms, mode: Mode, t: float) -> ModeSolution:
-        solution = self.laws.solve(terms, mode)
+    def _solve(self, terms: Terms, v: Array, t: float) -> ModeSolution:
+        mode = self.mode(t)
+        solution = self.laws.solve(terms, mode, _rounding(terms, v))
         if solution is None:
             raise UndecidedError(
                 f"the mode {self.describe(mode)} has no accelerations at t = {t:.6g} s", 0
@@ -257,7 +258,7 @@ class Corners:
     def forces(self, t: float, q: Array, v: Array) -> tuple[Terms, Array]:
         """Return the terms and the force along each row in a state, shape (m,)."""
         terms = self.rows.at(q, v, t)
-        return terms, self._solve(terms, self.mode(t), t).forces
+        return terms, self._solve(terms, v, t).forces
 
     def powers(self, t: Array, q: Array, v: Array) -> Array:
         """Return the heat of each element that rubs, then the power of all, shape (n, k) [W]."""
@@ -395,10 +396,17 @@ class Corners:
                 touching[k] = False
         elif not shared and state.name == STICKS:
             forbidden = frozenset({(k, STICKS)})
-        elif not shared:
+        elif not shared and not self._is_turning(terms, k, v, state):
             # the slip, which is zero to rounding, is zero
             y = self._project(t, y, (*mode[:k], ElementState(STICKS), *mode[k + 1 :]))
         return self._change(t, y, touching, forbidden)
+
+    def _is_turning(self, terms: Terms, k: int, v: Array, state: ElementState) -> bool:
+        """Return whether slip in space goes on in another direction."""
+        slip = terms.rates[list(self.elements[k].tangents)]
+        size = float(np.linalg.norm(slip))
+        ahead = state.name == SLIPS and slip @ np.array(state.direction) > ASTRAY * size
+        return bool(ahead) and size > self._still(terms, v)
 
     def _is_touching(self, terms: Terms, k: int, state: ElementState | None = None) -> bool:
         element, closed = self.elements[k], state is not None and state.name != OPEN
@@ -454,11 +462,10 @@ class Corners:
 
     def _still(self, terms: Terms, v: Array) -> float:
         """Return the speed below which a row's rate is rounding."""
-        size = np.abs(terms.jacobian) @ np.abs(v) + np.abs(terms.drift)
         # where all comes to rest at once, speeds are rounding of those that the loads bring about
         pull = np.abs(terms.jacobian) @ np.abs(np.linalg.solve(terms.mass, terms.load))
         usual = float(np.sqrt(self.length * pull.max(initial=0.0)))
-        return STILL * max(float(size.max(initial=0.0)), usual) + TINY
+        return max(_rounding(terms, v), STILL * usual) + TINY
 
     def _decide(self, t: float, y: Array, ask: Callable[[], _Answer]) -> _Answer:
         try:
@@ -636,6 +643,12 @@ class ElementForce:
             "a motion with elements that switch computes their forces as they are asked for, and "
             "is not pickled; expected motion.save(path), which keeps its samples"
         )
+
+
+def _rounding(terms: Terms, v: Array) -> float:
+    """Return the speed below which rates of rows are rounding of the velocities."""
+    size = np.abs(terms.jacobian) @ np.abs(v) + np.abs(terms.drift)
+    return STILL * float(size.max(initial=0.0))
 
 
 def _least_step(terms: Terms, rows: list[int], gaps: Array) -> Array:

@@ -45,6 +45,12 @@ MOST_MODES = 4096
 """So many modes at most are tried at once."""
 
 
+TURNED, ASTRAY = np.cos(np.pi / 6), np.cos(np.pi / 3)
+"""Slip in space that has turned by 30° is followed anew; within 60° its direction is its own.
+
+A step may pass the first. Slip that ends passes both at once, as it comes back from where it went.
+"""
+
 ANGLES = 72
 """Directions in which a root of the direction of slip is looked for."""
 
@@ -140,13 +146,19 @@ class Laws:
         self.elements = tuple(elements)
         self.permanent = tuple(permanent)
 
-    def solve(self, terms: Terms, mode: Mode) -> ModeSolution | None:
+    def solve(self, terms: Terms, mode: Mode, rounding: float = 0.0) -> ModeSolution | None:
         """Return accelerations and forces in a mode, with the direction of slip of the state."""
-        drive, mode = accelerate(terms, self.elements), self.along_slip(terms, mode)
+        drive, mode = accelerate(terms, self.elements), self.along_slip(terms, mode, rounding)
         return solve(terms, self.elements, mode, drive, self.permanent)
 
-    def along_slip(self, terms: Terms, mode: Mode) -> Mode:
-        """Return the mode with the directions of slip in space that the state has."""
+    def along_slip(self, terms: Terms, mode: Mode, rounding: float = 0.0) -> Mode:
+        """Return the mode with the directions of slip in space that the state has.
+
+        Args:
+            terms: those of the state.
+            mode: with the directions from which slip did not turn far.
+            rounding: speeds up to this have no direction.
+        """
         if not any(state.name == SLIPS for state in mode):
             return mode
         states = []
@@ -154,7 +166,8 @@ class Laws:
             if state.name == SLIPS:
                 slip = terms.rates[list(element.tangents)]
                 size = float(np.linalg.norm(slip))
-                if size > 0 and slip @ np.array(state.direction) > 0:
+                # past its end, or as rounding, slip points anywhere: the mode's direction is kept
+                if size > rounding and slip @ np.array(state.direction) > ASTRAY * size:
                     state = replace(state, direction=tuple((slip / size).tolist()))
             states.append(state)
         return tuple(states)
@@ -167,8 +180,10 @@ class Laws:
         """
         solution = self.solve(terms, mode)
         forces = None if solution is None else solution.forces
-        mode = mode if solution is None else solution.mode
         margins = np.array(list_present_margins(terms, self.elements, mode, forces, hypot))
+        for k, (element, state) in enumerate(zip(self.elements, mode, strict=True)):
+            if state.name == SLIPS:  # it ends, or has turned
+                margins[k, 1] -= TURNED * np.linalg.norm(terms.rates[list(element.tangents)])
         if solution is not None and solution.redundant:
             spare = self._find_spare(terms, solution, accelerate(terms, self.elements))
             for k, (element, state) in enumerate(zip(self.elements, mode, strict=True)):
