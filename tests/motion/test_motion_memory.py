@@ -8,7 +8,7 @@ import tracemalloc
 import pytest
 
 import mecanique as mq
-from mecanique.motion.simulation.integrators.methods import Task
+from mecanique.motion.simulation.integrators.methods import IntegrationTask
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -20,7 +20,7 @@ def _older() -> None:
 
 def tasks() -> int:
     gc.collect()
-    return sum(isinstance(each, Task) for each in gc.get_objects())
+    return sum(isinstance(each, IntegrationTask) for each in gc.get_objects())
 
 
 @pytest.mark.parametrize("method", ["dop853", "auto", "radau"])

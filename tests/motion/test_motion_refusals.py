@@ -15,8 +15,8 @@ import mecanique as mq
 from mecanique.motion.compile.stepper import has_compiler
 from mecanique.motion.simulation.integrators.methods import (
     EquationsError,
+    IntegrationTask,
     StalledError,
-    Task,
     advance,
     advance_within,
 )
@@ -100,7 +100,7 @@ def test_a_way_without_end_is_given_up(implicit: bool) -> None:
     def rhs(t: float, y: np.ndarray) -> np.ndarray:
         return np.array([np.cos(1e5 * t)])
 
-    task = Task(rhs, implicit=implicit, rtol=1e-10, atol=1e-10)
+    task = IntegrationTask(rhs, implicit=implicit, rtol=1e-10, atol=1e-10)
     with pytest.raises(StalledError):
         advance_within(task, 0.0, np.zeros(1), 1.0)
 
@@ -115,7 +115,7 @@ def test_the_first_fault_is_reported(implicit: bool) -> None:
             raise ValueError(f"fault {len(calls)}")
         return np.ones(1)
 
-    task = Task(rhs, implicit=implicit, rtol=1e-8, atol=1e-8)
+    task = IntegrationTask(rhs, implicit=implicit, rtol=1e-8, atol=1e-8)
     with pytest.raises(EquationsError) as info:
         advance(task, 0.0, np.zeros(1), 1.0)
     assert str(info.value.__cause__) == "fault 1"

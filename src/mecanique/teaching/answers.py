@@ -30,7 +30,7 @@ _FROM_T = """
    M_ij = ∂²T/∂q_i' ∂q_j', for T is half of the sum of M_ij q_i' q_j'."""
 
 
-class Answer(NamedTuple):
+class WorkedAnswer(NamedTuple):
     """An answer, with what leads to it and what its question says besides."""
 
     text: str  # the result, as `mecanique.check` reads it
@@ -51,47 +51,47 @@ class Solver:
         except DerivationError as error:
             raise InputError(f"no exercise about {mechanism.name!r}: {error}") from None
 
-    def motion(self) -> Answer:
+    def motion(self) -> WorkedAnswer:
         """Return the equations of motion."""
-        return Answer(self._equations.text(), self._whole)
+        return WorkedAnswer(self._equations.text(), self._whole)
 
-    def kinetic(self) -> Answer:
+    def kinetic(self) -> WorkedAnswer:
         """Return T."""
-        return Answer(f"T = {_say(self._lagrange.T)}", self._until("Kinetic energy"))
+        return WorkedAnswer(f"T = {_say(self._lagrange.T)}", self._until("Kinetic energy"))
 
-    def potential(self) -> Answer:
+    def potential(self) -> WorkedAnswer:
         """Return V."""
-        return Answer(f"V = {_say(self._lagrange.V)}", self._until("Potential energy"))
+        return WorkedAnswer(f"V = {_say(self._lagrange.V)}", self._until("Potential energy"))
 
-    def lagrangian(self) -> Answer:
+    def lagrangian(self) -> WorkedAnswer:
         """Return T − V."""
         difference = self._lagrange.T - self._lagrange.V
-        return Answer(f"L = {_say(difference)}", self._until("Potential energy"))
+        return WorkedAnswer(f"L = {_say(difference)}", self._until("Potential energy"))
 
-    def energy(self) -> Answer:
+    def energy(self) -> WorkedAnswer:
         """Return T + V."""
         total = self._lagrange.T + self._lagrange.V
-        return Answer(f"E = {_say(total)}", self._until("Potential energy"))
+        return WorkedAnswer(f"E = {_say(total)}", self._until("Potential energy"))
 
-    def mass_matrix(self) -> Answer:
+    def mass_matrix(self) -> WorkedAnswer:
         """Return M."""
         rows = [f"[{', '.join(map(_say, row))}]" for row in self._equations.derivation.M]
-        return Answer(f"[{', '.join(rows)}]", self._until("Kinetic energy") + _FROM_T)
+        return WorkedAnswer(f"[{', '.join(rows)}]", self._until("Kinetic energy") + _FROM_T)
 
-    def momentum(self) -> Answer:
+    def momentum(self) -> WorkedAnswer:
         """Return the momentum of the last coordinate."""
         name = self._rates[-1].removesuffix("'")
         momentum = self._lagrange.T.diff(self._rates[-1])
-        return Answer(f"p = {_say(momentum)}", self._until("Kinetic energy"), name)
+        return WorkedAnswer(f"p = {_say(momentum)}", self._until("Kinetic energy"), name)
 
-    def hamiltonian(self) -> Answer:
+    def hamiltonian(self) -> WorkedAnswer:
         """Return H = p q' − L in momenta."""
         rates, momenta = self._rates_by_momenta, self._momenta
         terms = [f"{p} {_bracket(rate)}/2" for p, rate in zip(momenta, rates, strict=True)]
         text = f"H = {' + '.join([*terms, _bracket(_say(self._lagrange.V))])}"
-        return Answer(text, self._until("Potential energy"), ", ".join(momenta))
+        return WorkedAnswer(text, self._until("Potential energy"), ", ".join(momenta))
 
-    def canonical(self) -> Answer:
+    def canonical(self) -> WorkedAnswer:
         """Return Hamilton's equations."""
         rates, momenta = self._rates_by_momenta, self._momenta
         lines = [f"{v} = {rate}" for v, rate in zip(self._rates, rates, strict=True)]
@@ -101,18 +101,18 @@ class Solver:
             name = velocity.removesuffix("'")
             slope = _say(L.diff(name)) if name in known else "0"
             lines.append(f"{p}' = {self._replace(slope, rates)}")
-        return Answer("\n".join(lines), self._until("Potential energy"), ", ".join(momenta))
+        return WorkedAnswer("\n".join(lines), self._until("Potential energy"), ", ".join(momenta))
 
-    def state_space(self) -> Answer:
+    def state_space(self) -> WorkedAnswer:
         """Return the equations of first order, with a letter for each rate."""
         solved = self._equations.solved().text().splitlines()
         letters = self._number("w")
         lines = [f"{v} = {w}" for v, w in zip(self._rates, letters, strict=True)]
         for line, w in zip(solved, letters, strict=False):
             lines.append(f"{w}' = {self._replace(line.partition(' = ')[2], letters)}")
-        return Answer("\n".join(lines), self._whole, ", ".join(letters))
+        return WorkedAnswer("\n".join(lines), self._whole, ", ".join(letters))
 
-    def holding_force(self) -> Answer:
+    def holding_force(self) -> WorkedAnswer:
         """Return the inputs that balance the slope of the potential."""
         inputs = [signal.symbol for signal in self._mechanism.inputs]
         lines = []
@@ -124,9 +124,9 @@ class Solver:
                 over = f"{_bracket(slope)}/{_bracket(lever)}"
                 lines.append(f"{acting[0]} = {slope if lever == '1' else over}")
         self._refuse(not lines, "no force holds it")
-        return Answer("\n".join(lines), self._until("Potential energy"), ", ".join(inputs))
+        return WorkedAnswer("\n".join(lines), self._until("Potential energy"), ", ".join(inputs))
 
-    def transfer(self) -> Answer:
+    def transfer(self) -> WorkedAnswer:
         """Return the transfer function of the first coordinate from the only input."""
         inputs = [signal.symbol for signal in self._mechanism.inputs]
         self._refuse(len(inputs) != 1, "it has no single input")
@@ -140,9 +140,11 @@ class Solver:
             by.append(_say(Q.diff(symbol)) if acts else "0")
         coordinate = self._rates[0].removesuffix("'")
         text = f"G = {self._solve(rows, by)[0]}"
-        return Answer(text, f"{self._whole}\n\n{letters.text()}", f"{coordinate} from {symbol}")
+        return WorkedAnswer(
+            text, f"{self._whole}\n\n{letters.text()}", f"{coordinate} from {symbol}"
+        )
 
-    def equilibrium(self) -> Answer:
+    def equilibrium(self) -> WorkedAnswer:
         """Return the positions at rest, where these are parts of half a turn."""
         lines = []
         for position in equilibria(self._mechanism):
@@ -153,9 +155,9 @@ class Solver:
                 over = f"/{half.denominator}" if half.denominator > 1 else ""
                 lines.append(f"{name} = {whole}{over}")
         self._refuse(not lines, "it has no equilibrium")
-        return Answer("\n".join(lines), self._until("Potential energy"))
+        return WorkedAnswer("\n".join(lines), self._until("Potential energy"))
 
-    def frequency(self) -> Answer:
+    def frequency(self) -> WorkedAnswer:
         """Return the frequencies, in letters of a single one at zero, else in numbers."""
         small = self._linearize()
         letters = small.symbolic
@@ -174,34 +176,34 @@ class Solver:
         place = ", ".join(
             f"{n} = {x:.4g}" for n, x in zip(self._mechanism.coordinates, small.q, strict=True)
         )
-        return Answer(text, self._linear_steps(letters, said), place, note)
+        return WorkedAnswer(text, self._linear_steps(letters, said), place, note)
 
-    def period(self) -> Answer:
+    def period(self) -> WorkedAnswer:
         """Return the period of small oscillations about zero."""
         letters, square, _ = self._swing()
-        return Answer(f"T = 2 pi/sqrt({_say(square)})", self._linear_steps(letters))
+        return WorkedAnswer(f"T = 2 pi/sqrt({_say(square)})", self._linear_steps(letters))
 
-    def undamped_frequency(self) -> Answer:
+    def undamped_frequency(self) -> WorkedAnswer:
         """Return the undamped frequency of a damped mechanism."""
         letters, square, damping = self._swing()
         self._refuse(not damping, "it is not damped")
-        return Answer(f"omega = sqrt({_say(square)})", self._linear_steps(letters))
+        return WorkedAnswer(f"omega = sqrt({_say(square)})", self._linear_steps(letters))
 
-    def damped_frequency(self) -> Answer:
+    def damped_frequency(self) -> WorkedAnswer:
         """Return the frequency of a damped mechanism, √(K/M − (C/2M)²)."""
         letters, square, damping = self._swing()
         self._refuse(not damping, "it is not damped")
         text = f"omega = sqrt({_say(square)} - ({damping})^2/4)"
-        return Answer(text, self._linear_steps(letters))
+        return WorkedAnswer(text, self._linear_steps(letters))
 
-    def period_from_rest(self) -> Answer:
+    def period_from_rest(self) -> WorkedAnswer:
         """Return the period at any amplitude, by an integral between −q0 and q0."""
         self._refuse(len(self._rates) != 1, "it has several coordinates")
         name, V = self._mechanism.coordinates.names[0], _say(self._lagrange.V)
         there = re.sub(rf"\b{name}\b", f"{name}0", V)
         inertia = _say(self._equations.derivation.M[0][0])
         text = f"T = integral(sqrt(2 ({inertia})/({there} - ({V}))), {name}, -{name}0, {name}0)"
-        return Answer(text, self._until("Potential energy"), f"{name} = {name}0")
+        return WorkedAnswer(text, self._until("Potential energy"), f"{name} = {name}0")
 
     def _swing(self) -> tuple[Linearized, Series, str]:
         """Return small motions about zero, the square K/M, and C/M or nothing."""
@@ -318,7 +320,7 @@ class _Kind(NamedTuple):
     """A kind of question: its words, and what answers it."""
 
     task: str
-    answer: Callable[[Solver], Answer]
+    answer: Callable[[Solver], WorkedAnswer]
     of: str = ""  # what follows its name where `mecanique.check` is asked
 
 

@@ -15,7 +15,7 @@ from mecanique.motion.simulation.integrate import failure, integrate
 from mecanique.motion.simulation.integrators.methods import (
     METHODS,
     EquationsError,
-    Task,
+    IntegrationTask,
     advance,
     step_accuracy,
 )
@@ -145,7 +145,7 @@ def _integrate_again(motion: Trajectory, times: np.ndarray, factor: float) -> np
 def _lyapunov(motion: Trajectory, begin: float, end: float) -> float:
     """The largest exponent, averaged over the second half of the motion and the first alike."""
     rhs = motion.reference.rhs()
-    task = Task(
+    task = IntegrationTask(
         rhs=rhs,
         implicit=not motion.curve.smooth,
         rtol=LYAPUNOV_RTOL,

@@ -30,8 +30,8 @@ from mecanique.motion.simulation.integrators.compiled import Watched, integrate_
 from mecanique.motion.simulation.integrators.methods import (
     METHODS,
     EquationsError,
+    IntegrationTask,
     StalledError,
-    Task,
     refine,
     step_accuracy,
 )
@@ -102,7 +102,7 @@ def integrate(problem: Problem, choice: Choice) -> Integration:
     )
 
 
-def _watch(choice: Choice, problem: Problem, task: Task, steps: Steps) -> Watched:
+def _watch(choice: Choice, problem: Problem, task: IntegrationTask, steps: Steps) -> Watched:
     """Integrate on by dop853 to an event; return how that ends, and what gives the events."""
     watcher = Watcher(problem, task, steps, Interruption(), None)
     choice = replace(choice, method="dop853")
@@ -110,12 +110,12 @@ def _watch(choice: Choice, problem: Problem, task: Task, steps: Steps) -> Watche
     return Watched(outcome, watcher.occurrences)
 
 
-def _task(problem: Problem, choice: Choice) -> Task:
+def _task(problem: Problem, choice: Choice) -> IntegrationTask:
     quick = choice.equations
     assert quick is not None, "only compiled integrators need none"
     explicit = choice.method == "dop853"
     rtol, atol = step_accuracy(problem)
-    return Task(
+    return IntegrationTask(
         owning(quick),
         implicit=not METHODS[choice.method].smooth,
         rtol=choice.share * rtol,
@@ -128,7 +128,7 @@ def _task(problem: Problem, choice: Choice) -> Task:
 
 
 def _integrate_stretches(
-    problem: Problem, choice: Choice, task: Task, steps: Steps, watcher: Watcher
+    problem: Problem, choice: Choice, task: IntegrationTask, steps: Steps, watcher: Watcher
 ) -> Outcome:
     """Integrate from kink to kink of the inputs, and on from where a step needs a correction."""
     end = problem.end
@@ -159,7 +159,12 @@ def _integrate_stretches(
 
 
 def _course(
-    problem: Problem, choice: Choice, task: Task, steps: Steps, watcher: Watcher, outcome: Outcome
+    problem: Problem,
+    choice: Choice,
+    task: IntegrationTask,
+    steps: Steps,
+    watcher: Watcher,
+    outcome: Outcome,
 ) -> Course:
     """Sample the motion through the steps, and find the events on it.
 

@@ -21,7 +21,11 @@ from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.curve import PLACES, Curve, Steps, interpolate
 from mecanique.motion.record.events import Event, Occurrence, Quantity, break_names
-from mecanique.motion.simulation.integrators.methods import StallDetector, Task, advance_within
+from mecanique.motion.simulation.integrators.methods import (
+    IntegrationTask,
+    StallDetector,
+    advance_within,
+)
 from mecanique.motion.simulation.problem import Outcome, Problem
 from mecanique.motion.tolerances import AT_LIMIT, IDLE, INSTANT, SHORTEST_FLIGHT, TINY
 from mecanique.motion.trajectory import Trajectory
@@ -270,7 +274,7 @@ class Watcher:
     def __init__(
         self,
         problem: Problem,
-        task: Task,
+        task: IntegrationTask,
         steps: Steps,
         interruption: Interruption,
         reconsider: Callable[[int, float], bool] | None,

@@ -18,9 +18,9 @@ from mecanique.motion.record.events import Occurrence
 from mecanique.motion.simulation.integrators.methods import (
     METHODS,
     EquationsError,
+    IntegrationTask,
     StallDetector,
     StalledError,
-    Task,
     advance_within,
     refine,
     step_accuracy,
@@ -52,7 +52,7 @@ _Look: TypeAlias = Callable[[int, float], bool]
 """Returns after a number of steps, at a time, whether other steps pay."""
 
 
-_Watch: TypeAlias = Callable[[Problem, Task, Steps], Watched]
+_Watch: TypeAlias = Callable[[Problem, IntegrationTask, Steps], Watched]
 """Integrates on from the last of the steps, adding steps, to the first event."""
 
 
@@ -67,7 +67,7 @@ def integrate_in_c(
     rtol, atol = (share * tolerance for tolerance in step_accuracy(problem))
     tolerances = Tolerances(rtol, atol, problem.max_step, problem.max_steps)
     march = stepper.march(problem.start, problem.t0, problem.times, tolerances)
-    task = Task(owning(equations), False, rtol, atol, restarts=True)
+    task = IntegrationTask(owning(equations), False, rtol, atol, restarts=True)
     run, steps = _Run(problem, stepper, march, task, StallDetector(problem)), Steps()
     steps.add(problem.t0, problem.start, task.rhs(problem.t0, problem.start))
     outcome: Outcome | None = None
@@ -146,7 +146,8 @@ class _Run:
     problem: Problem
     stepper: Stepper
     march: March
-    task: Task  # the equations as Python, with the tolerances of steps past singular positions
+    # the equations as Python, with the tolerances of steps past singular positions
+    task: IntegrationTask
     stalls: StallDetector  # finds whether it leads nowhere
 
     def pass_by(self, steps: Steps) -> Outcome | None:

@@ -136,7 +136,7 @@ WITHIN = 500
 
 @final
 @dataclass(frozen=True)
-class Task:
+class IntegrationTask:
     """Equations to integrate and how accurately."""
 
     rhs: RightHandSide
@@ -167,7 +167,7 @@ class IntegrationMethod:
 
     title: str
     # makes it ready for a task, to record steps and to look at each
-    open: Callable[[Task, Steps, Look], AbstractContextManager[Run]]
+    open: Callable[[IntegrationTask, Steps, Look], AbstractContextManager[Run]]
     # whether the rates at its steps are as accurate as the states, so that neighboring steps can
     # be interpolated with them; otherwise each step is noted by several points of the method's
     # own interpolation
@@ -189,7 +189,7 @@ class Reached(NamedTuple):
     evaluations: int
 
 
-def advance(task: Task, t: float, y: np.ndarray, end: float) -> Reached:
+def advance(task: IntegrationTask, t: float, y: np.ndarray, end: float) -> Reached:
     """Return the state at a time [s], from the state at an earlier time near it."""
     if end == t:
         return Reached(y.copy(), 0)
@@ -201,12 +201,14 @@ def advance(task: Task, t: float, y: np.ndarray, end: float) -> Reached:
         return Reached(result, guard.evaluations)
 
 
-def advance_within(task: Task, t: float, y: np.ndarray, end: float) -> Reached:
+def advance_within(task: IntegrationTask, t: float, y: np.ndarray, end: float) -> Reached:
     """Return the state at a time within a step, from the state at its begin, as `advance` does."""
     return advance(replace(task, max_steps=WITHIN), t, y, end)
 
 
-def _radau_step(guard: _Guard, task: Task, t: float, y: np.ndarray, end: float) -> np.ndarray:
+def _radau_step(
+    guard: _Guard, task: IntegrationTask, t: float, y: np.ndarray, end: float
+) -> np.ndarray:
     from scipy.integrate import Radau
 
     rtol = max(task.rtol, SCIPY_RTOL)
@@ -220,7 +222,9 @@ def _radau_step(guard: _Guard, task: Task, t: float, y: np.ndarray, end: float) 
     return np.array(solver.y)
 
 
-def _dop853_step(guard: _Guard, task: Task, t: float, y: np.ndarray, end: float) -> np.ndarray:
+def _dop853_step(
+    guard: _Guard, task: IntegrationTask, t: float, y: np.ndarray, end: float
+) -> np.ndarray:
     solver = import_ode()(guard.rates).set_integrator(
         "dop853", rtol=task.rtol, atol=task.atol, nsteps=task.max_steps, first_step=end - t
     )
@@ -283,7 +287,7 @@ def _lend(rhs: RightHandSide) -> Iterator[_Guard]:
 
 
 @contextmanager
-def _dop853(task: Task, steps: Steps, look: Look) -> Iterator[Run]:
+def _dop853(task: IntegrationTask, steps: Steps, look: Look) -> Iterator[Run]:
     """Integrate by SciPy's compiled dop853: one integrator, restarted for each stretch."""
     stability = Stability()
     rhs, reused = task.quick or task.rhs, task.quick is not None
@@ -353,12 +357,12 @@ def _look_safely(look: Look) -> Outcome | None:
 
 def _implicit(
     name: Literal["LSODA", "Radau", "BDF"], degree: int
-) -> Callable[[Task, Steps, Look], AbstractContextManager[Run]]:
+) -> Callable[[IntegrationTask, Steps, Look], AbstractContextManager[Run]]:
     """Integrate by one of SciPy's classes, whose steps are polynomials of a degree."""
     places = np.arange(1, degree + 1) / degree
 
     @contextmanager
-    def open_run(task: Task, steps: Steps, look: Look) -> Iterator[Run]:
+    def open_run(task: IntegrationTask, steps: Steps, look: Look) -> Iterator[Run]:
         from scipy import integrate
 
         types = {"LSODA": integrate.LSODA, "Radau": integrate.Radau, "BDF": integrate.BDF}
@@ -438,7 +442,7 @@ def step_accuracy(problem: Problem) -> tuple[float, float]:
     return part * problem.rtol, part * problem.atol
 
 
-def refine(problem: Problem, task: Task, steps: Steps, *, smooth: bool) -> Curve:
+def refine(problem: Problem, task: IntegrationTask, steps: Steps, *, smooth: bool) -> Curve:
     """Halve the intervals on which the polynomial is less accurate than the steps.
 
     Once only: what is left then is not the polynomial's error but that of the steps, which fit each
