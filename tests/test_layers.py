@@ -76,7 +76,8 @@ ORDER: dict[str, list[str]] = {
         "lint",
     ],
     "urdf.reading": [
-        "expressions fields letters packages",
+        "fields letters packages",
+        "expressions",
         "native_tags xacro",
         "joints",
         "links",

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, final
 
-from mecanique.urdf.markup import Tag
+from mecanique.urdf.markup import Element, Tag
 
 DRAKE_NAMESPACE = "http://drake.mit.edu"
 """Namespace declared for the prefix `drake:`; Drake itself matches the prefix by its letters."""
@@ -44,9 +44,13 @@ class Child:
     """One child element of an extension."""
 
     tag: str
-    attribute: Literal["name", "value"]
-    count: int  # how many numbers the value holds; 0 for a name
+    count: int  # how many numbers its value holds; 0 if it has a name instead
     meaning: str
+
+    @property
+    def attribute(self) -> Literal["name", "value"]:
+        """What it has."""
+        return "value" if self.count else "name"
 
 
 @final
@@ -67,68 +71,71 @@ class Extension:
         return Tag(self.tag, *children)
 
 
-def _link(tag: str, meaning: str) -> Child:
-    return Child(tag, "name", 0, meaning)
+_ENDS = {
+    "body_a": "body_A",
+    "point_a": "p_AP",
+    "body_b": "body_B",
+    "point_b": "p_BQ",
+    "frame_a": "frameA",
+    "frame_c": "frameC",
+}
+"""How the tags of some roles end; others end with the role."""
+
+_TWO_POINTS = {
+    "body_a": (0, "link A"),
+    "point_a": (3, "point P of link A, in its frame [m]"),
+    "body_b": (0, "link B"),
+    "point_b": (3, "point Q of link B, in its frame [m]"),
+}
 
 
-def _numbers(tag: str, count: int, meaning: str) -> Child:
-    return Child(tag, "value", count, meaning)
-
-
-def _two_points(prefix: str) -> dict[str, Child]:
-    return {
-        "body_a": _link(f"{prefix}_body_A", "link A"),
-        "point_a": _numbers(f"{prefix}_p_AP", 3, "point P of link A, in its frame [m]"),
-        "body_b": _link(f"{prefix}_body_B", "link B"),
-        "point_b": _numbers(f"{prefix}_p_BQ", 3, "point Q of link B, in its frame [m]"),
+def _extend(
+    tag: str, meaning: str, children: Mapping[str, tuple[int, str]], prefix: str = ""
+) -> Extension:
+    """Return an element whose children have tags with its own in front, or with a prefix."""
+    named = {
+        role: Child(f"{prefix or tag}_{_ENDS.get(role, role)}", *stated)
+        for role, stated in children.items()
     }
+    return Extension(tag, meaning, named)
 
 
-SPRING_DAMPER = Extension(
+SPRING_DAMPER = _extend(
     "drake:linear_spring_damper",
     "pulls P and Q together with k (length − free length) + c d(length)/dt",
     {
-        **_two_points("drake:linear_spring_damper"),
-        "free_length": _numbers(
-            "drake:linear_spring_damper_free_length", 1, "length without force, above zero [m]"
-        ),
-        "stiffness": _numbers("drake:linear_spring_damper_stiffness", 1, "k, not negative [N/m]"),
-        "damping": _numbers("drake:linear_spring_damper_damping", 1, "c, not negative [N·s/m]"),
+        **_TWO_POINTS,
+        "free_length": (1, "length without force, above zero [m]"),
+        "stiffness": (1, "k, not negative [N/m]"),
+        "damping": (1, "c, not negative [N·s/m]"),
     },
 )
 
-BUSHING = Extension(
+BUSHING = _extend(
     "drake:linear_bushing_rpy",
     "torques against roll, pitch and yaw and forces against the displacements "
     "of frame C in frame A",
     {
-        "frame_a": _link("drake:bushing_frameA", "frame A"),
-        "frame_c": _link("drake:bushing_frameC", "frame C"),
-        "torque_stiffness": _numbers(
-            "drake:bushing_torque_stiffness", 3, "about x, y, z [N·m/rad]"
-        ),
-        "torque_damping": _numbers("drake:bushing_torque_damping", 3, "about x, y, z [N·m·s/rad]"),
-        "force_stiffness": _numbers("drake:bushing_force_stiffness", 3, "along x, y, z [N/m]"),
-        "force_damping": _numbers("drake:bushing_force_damping", 3, "along x, y, z [N·s/m]"),
+        "frame_a": (0, "frame A"),
+        "frame_c": (0, "frame C"),
+        "torque_stiffness": (3, "about x, y, z [N·m/rad]"),
+        "torque_damping": (3, "about x, y, z [N·m·s/rad]"),
+        "force_stiffness": (3, "along x, y, z [N/m]"),
+        "force_damping": (3, "along x, y, z [N·s/m]"),
     },
+    prefix="drake:bushing",
 )
 
-BALL_CONSTRAINT = Extension(
-    "drake:ball_constraint",
-    "keeps P and Q together",
-    _two_points("drake:ball_constraint"),
-)
+BALL_CONSTRAINT = _extend("drake:ball_constraint", "keeps P and Q together", _TWO_POINTS)
 
-DISTANCE_CONSTRAINT = Extension(
+DISTANCE_CONSTRAINT = _extend(
     "drake:distance_constraint",
     "keeps the distance from P to Q, by a stiff spring and a damper",
     {
-        **_two_points("drake:distance_constraint"),
-        "distance": _numbers(
-            "drake:distance_constraint_distance", 1, "kept distance, above zero [m]"
-        ),
-        "stiffness": _numbers("drake:distance_constraint_stiffness", 1, "above zero [N/m]"),
-        "damping": _numbers("drake:distance_constraint_damping", 1, "not negative [N·s/m]"),
+        **_TWO_POINTS,
+        "distance": (1, "kept distance, above zero [m]"),
+        "stiffness": (1, "above zero [N/m]"),
+        "damping": (1, "not negative [N·s/m]"),
     },
 )
 
@@ -140,3 +147,8 @@ EXTENSIONS: Mapping[str, Extension] = {
     for extension in (SPRING_DAMPER, BUSHING, BALL_CONSTRAINT, DISTANCE_CONSTRAINT)
 }
 """Every extension by its tag."""
+
+
+def uses_drake(element: Element) -> bool:
+    """Return whether the tag of an element or an attribute has the prefix drake:."""
+    return any(name.startswith("drake:") for name in (element.tag, *element.attributes))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import final
+from typing import NamedTuple, Protocol, final
 
 from mecanique.errors import UrdfError
 from mecanique.model.mechanism.origin import Finding
@@ -15,6 +15,26 @@ _MOST_LISTED = 40
 
 _ALWAYS = {"M006"}
 """Errors that stop the reader wherever they stand: a macro may stand for anything."""
+
+
+class Located(Protocol):
+    """Anything that reports name and that stands in a text."""
+
+    @property
+    def element(self) -> Element:
+        """Where it stands."""
+
+    @property
+    def where(self) -> str:
+        """What reports call it, e.g. "link 'arm'"."""
+
+
+@final
+class Spot(NamedTuple):
+    """An element, by what reports call it."""
+
+    element: Element
+    where: str
 
 
 @final
@@ -34,15 +54,12 @@ class Report:
         return Report(self.file, self.findings, stops=False)
 
     def add(
-        self,
-        code: str | Rule,
-        at: Element | int,
-        where: str,
-        message: str,
-        remedy: str | None = None,
+        self, code: str | Rule, at: Located | Element | int, message: str, remedy: str | None = None
     ) -> None:
-        """Note a finding."""
+        """Note a finding at a line, at an element or at what stands there and has a name."""
         rule = RULES[code] if isinstance(code, str) else code
+        where = "" if isinstance(at, Element | int) else at.where
+        at = at if isinstance(at, Element | int) else at.element
         line, file = (at, "") if isinstance(at, int) else (at.line, at.file)
         finding = Finding(
             code=rule.code,
@@ -58,18 +75,12 @@ class Report:
         )
         self.findings.append(finding)
 
-    def together(
-        self,
-        code: str,
-        places: Sequence[tuple[Element, str]],
-        message: str,
-        remedy: str | None = None,
-    ) -> None:
+    def together(self, code: str, places: Sequence[Located], message: str) -> None:
         """Note one finding for many places, at the first of them; nothing without places."""
         if places:
-            names = list(dict.fromkeys(where for _, where in places))
+            names = list(dict.fromkeys(place.where for place in places))
             shown = ", ".join(names[:4]) + (f", … ({len(names)} in all)" if len(names) > 4 else "")
-            self.add(code, places[0][0], shown, message, remedy)
+            self.add(code, Spot(places[0].element, shown), message)
 
     @property
     def errors(self) -> list[Finding]:

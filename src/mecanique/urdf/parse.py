@@ -29,17 +29,17 @@ def parse(data: bytes | str, report: Report) -> Element | None:
         raw = data.encode() if isinstance(data, str) else data
     except UnicodeEncodeError as error:
         line = str(data).count("\n", 0, error.start) + 1
-        report.add("M002", line, "", "half of a surrogate pair is no character")
+        report.add("M002", line, "half of a surrogate pair is no character")
         return None
     if len(raw) > MOST_BYTES:
-        report.add("M004", 1, "", f"expected at most {MOST_BYTES:,} bytes, got {len(raw):,}")
+        report.add("M004", 1, f"expected at most {MOST_BYTES:,} bytes, got {len(raw):,}")
         return None
     if not raw.strip():
-        report.add("M002", 1, "", "the text is empty")
+        report.add("M002", 1, "the text is empty")
         return None
     if (mistaken := recognize(raw)) is not None:
         name, remedy = mistaken
-        report.add("M005", 1, "", f"the file is {name}", remedy)
+        report.add("M005", 1, f"the file is {name}", remedy)
         return None
     builder = _Builder("UTF-8" if isinstance(data, str) else None)
     try:
@@ -47,14 +47,14 @@ def parse(data: bytes | str, report: Report) -> Element | None:
     except XmlRefusedError as refused:
         match refused.reason:
             case "malformed":
-                report.add("M002", refused.line, "", f"the text is not well-formed XML: {refused}")
+                report.add("M002", refused.line, f"the text is not well-formed XML: {refused}")
             case "encoding":
                 message = f"its encoding cannot be read ({refused})"
-                report.add("M002", refused.line, "", message, "Save it as UTF-8.")
+                report.add("M002", refused.line, message, "Save it as UTF-8.")
             case "entities":
-                report.add("M003", refused.line, "", str(refused))
+                report.add("M003", refused.line, str(refused))
             case "limits":
-                report.add("M004", refused.line, "", str(refused))
+                report.add("M004", refused.line, str(refused))
         return None
     return builder.roots[0]
 
@@ -65,7 +65,7 @@ def _blank_late_declaration(raw: bytes, report: Report) -> bytes:
     if late is None:
         return raw
     line = raw.count(b"\n", 0, late.start(1)) + 1
-    report.aside.add("M007", line, "", "the text begins with blanks before its <?xml … ?>")
+    report.aside.add("M007", line, "the text begins with blanks before its <?xml … ?>")
     return raw[: late.start(1)] + re.sub(rb"[^\n]", b" ", late.group(1)) + raw[late.end() :]
 
 

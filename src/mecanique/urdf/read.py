@@ -185,7 +185,7 @@ def mechanism_of(
         )
     except MechanismError as error:
         for fault in error.faults:
-            report.add("M115", document.element, "", fault)
+            report.add("M115", document.element, fault)
         return None
 
 
@@ -204,13 +204,11 @@ def _joints(document: UrdfDocument, report: Report) -> tuple[list[Joint], set[st
         elif not text.screw:
             joints[text.name] = text.joint()
     for slide in slides.values():
-        report.add(
-            "M115",
-            slide.element,
-            slide.where,
+        message = (
             f"<{SCREW}> expects a slide that mimics the hinge behind it, without offset, about the "
-            "same axis, with a link without mass or anything else between them",
+            "same axis, with a link without mass or anything else between them"
         )
+        report.add("M115", slide, message)
     return list(joints.values()), {t.child for t in document.joints if t.screw}
 
 
@@ -234,8 +232,8 @@ def _with_own_names(joints: list[Joint]) -> list[Joint]:
 def _map(document: UrdfDocument, joints: list[Joint]) -> tuple[tuple[str, Scalar], ...]:
     names = {joint.name: joint.coordinates[-1] for joint in joints if joint.coordinates}
     return tuple(
-        (names[name], _linear(follower.multiplier, names[follower.leader], follower.offset))
-        for name, follower in document.mimics.items()
+        (names[name], _linear(mimic.multiplier, names[mimic.joint], mimic.offset))
+        for name, mimic in document.mimics.items()
         if name in names
     )
 

@@ -14,7 +14,7 @@ from html import unescape
 from typing import final
 
 from mecanique.urdf.dialect import DRAKE_JOINT
-from mecanique.urdf.findings import Report
+from mecanique.urdf.findings import Report, Spot
 from mecanique.urdf.markup import Element
 from mecanique.urdf.reading.document import UrdfDocument
 
@@ -52,7 +52,7 @@ def check(document: UrdfDocument, report: Report) -> None:
             if blank.drops:
                 lost = "inertia" if blank.element.tag == "inertia" else "whole <inertial>"
                 result = f"silently drop the {lost}"
-            report.add("M116", blank.element, where, f"{what}: Pinocchio and ROS {result}")
+            report.add("M116", Spot(blank.element, where), f"{what}: Pinocchio and ROS {result}")
 
 
 def blanks(robot: Element, raw: bytes) -> Iterator[Blank]:

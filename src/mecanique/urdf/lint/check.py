@@ -10,6 +10,7 @@ from typing import TypeAlias, final
 from mecanique.errors import InputError
 from mecanique.model.mechanism.origin import Finding
 from mecanique.plugins import list_plugins, load_plugin
+from mecanique.urdf.findings import Spot
 from mecanique.urdf.lint import blanks, engines, homogeneous, masses, sides, spelling, units
 from mecanique.urdf.markup import Element
 from mecanique.urdf.read import mechanism_of
@@ -75,7 +76,7 @@ def lint(
         for name in list_plugins("lint_rules"):
             added = load_plugin("lint_rules", name, AddedRule)
             for element, where, message in added.check(document.element):
-                report.add(added.rule, element, where, message)
+                report.add(added.rule, Spot(element, where), message)
         for link in document.links:
             homogeneous.check(link, report, meshes=meshes)
     return tuple(sorted(report.findings, key=lambda finding: (finding.line, finding.code)))

@@ -5,96 +5,63 @@ from __future__ import annotations
 import math
 
 from mecanique.urdf.dialect import DRAKE_JOINT, WORLD
-from mecanique.urdf.findings import Report
+from mecanique.urdf.findings import Located, Report, Spot
 from mecanique.urdf.limits import MOST_DEPTH, MOST_VELOCITIES
-from mecanique.urdf.markup import Element
 from mecanique.urdf.reading.document import UrdfDocument
-from mecanique.urdf.reading.joints import SINGLE, JointText
+from mecanique.urdf.reading.joints import SINGLE
 
 _VELOCITIES = {**dict.fromkeys(SINGLE, 1), "planar": 3, "universal": 2, "ball": 3, "floating": 6}
 
 
 def check(document: UrdfDocument, report: Report) -> None:
     """Note what other programs make of the text."""
-    joints = document.joints
+    joints, extensions = document.joints, document.extensions
     _each(document, report)
-    lost = f"its mesh file is not found in {document.searched}"
-    report.together("M501", document.lost, lost)
-    report.together(
-        "M507",
-        [(link.element, link.where) for link in document.links if link.collisions],
-        "collisions are not modeled",
-    )
+    report.together("M501", document.lost, f"its mesh file is not found in {document.searched}")
+    colliding = [link for link in document.links if link.collisions]
+    report.together("M507", colliding, "collisions are not modeled")
     mimics = [joint for joint in joints if joint.name in document.mimics]
-    report.together("M404", _places(mimics), "it mimics another joint")
+    report.together("M404", mimics, "it mimics another joint")
     damped = [joint for joint in joints if joint.damping and joint.kind in SINGLE]
-    report.together("M704", _places(damped), "damping is applied")
+    report.together("M704", damped, "damping is applied")
     rubbing = [joint for joint in joints if joint.friction and joint.moving]
-    report.together("M313", _places(rubbing), "dry friction is left out")
+    report.together("M313", rubbing, "dry friction is left out")
+    custom = [joint for joint in joints if joint.element.tag == DRAKE_JOINT]
     others = [
-        j
-        for j in joints
-        if j.kind == "floating" or (j.kind == "planar" and j.element.tag != DRAKE_JOINT)
+        joint
+        for joint in joints
+        if joint.kind == "floating" or (joint.kind == "planar" and joint not in custom)
     ]
-    report.together("M706", _places(others), "its type is read differently")
-    drake = list(document.extensions.used)
-    drake += [joint.element for joint in joints if joint.element.tag == DRAKE_JOINT]
-    report.together(
-        "M606",
-        [(element, f"<{element.tag}>") for element in drake],
-        "only Drake and mecanique read it",
-    )
-    report.together(
-        "M610",
-        [(element, f"<{element.tag}>") for element in document.extensions.native],
-        "only mecanique reads it",
-    )
-    report.together(
-        "M608",
-        [(element, f"<{element.tag}>") for element in document.rotors],
-        "a rotor adds inertia",
-    )
+    report.together("M706", others, "its type is read differently")
+    drake: list[Located] = [*extensions.used]
+    drake += [Spot(joint.element, f"<{DRAKE_JOINT}>") for joint in custom]
+    report.together("M606", drake, "only Drake and mecanique read it")
+    report.together("M610", extensions.native, "only mecanique reads it")
+    report.together("M608", document.rotors, "a rotor adds inertia")
     _size(document, report)
 
 
 def _each(document: UrdfDocument, report: Report) -> None:
     by_name = {joint.name: joint for joint in document.joints}
     for joint in document.joints:
-        if joint.kind == "planar":
-            length = math.hypot(*joint.axis)
-            if joint.axis[2] < (1 - 1e-9) * length:
-                report.add(
-                    "M305",
-                    joint.element,
-                    joint.where,
-                    f"the normal of its plane is {_format(joint.axis)}",
-                )
+        if joint.kind == "planar" and joint.axis[2] < (1 - 1e-9) * math.hypot(*joint.axis):
+            normal = " ".join(f"{component:g}" for component in joint.axis)
+            report.add("M305", joint, f"the normal of its plane is {normal}")
         if joint.name in document.mimics and joint.mimic is not None:
             leader = by_name[joint.mimic.joint]
             if leader.mimic is not None:
                 message = f"it mimics {leader.name!r}, which mimics {leader.mimic.joint!r}"
-                report.add("M405", joint.mimic.element, joint.where, message)
+                report.add("M405", joint.mimic, message)
             if document.mimics[joint.name].multiplier == 0:
-                report.add(
-                    "M406", joint.mimic.element, joint.where, "it mimics with the multiplier 0"
-                )
+                report.add("M406", joint.mimic, "it mimics with the multiplier 0")
         if joint.name in ("universe", "root_joint"):
-            report.add(
-                "M114", joint.element, joint.where, "Pinocchio has a joint of this name of its own"
-            )
+            report.add("M114", joint, "Pinocchio has a joint of this name of its own")
     for link in document.links:
         if link.name == "universe":
-            report.add(
-                "M114", link.element, link.where, "Pinocchio has a frame of this name of its own"
-            )
-        elif (
-            link.name == WORLD
-            and document.root is not None
-            and (link.name != document.root or not link.massless)
-        ):
-            report.add(
-                "M114", link.element, link.where, "Drake takes this link for the inertial frame"
-            )
+            report.add("M114", link, "Pinocchio has a frame of this name of its own")
+        ground = link.name == document.root and link.massless
+        if link.name == WORLD and document.root is not None and not ground:
+            report.add("M114", link, "Drake takes this link for the inertial frame")
 
 
 def _size(document: UrdfDocument, report: Report) -> None:
@@ -104,7 +71,7 @@ def _size(document: UrdfDocument, report: Report) -> None:
         if joint.name not in document.mimics
     )
     if count > MOST_VELOCITIES:
-        report.add("M701", document.element, "", f"the robot has {count} velocities")
+        report.add("M701", document.element, f"the robot has {count} velocities")
     if document.root is None:
         return
     carrier = {joint.child: joint.parent for joint in document.joints}
@@ -116,14 +83,5 @@ def _size(document: UrdfDocument, report: Report) -> None:
         start = depth[chain[-1]]
         depth.update({name: start + k for k, name in enumerate(reversed(chain))})
     if max(depth.values()) > MOST_DEPTH:
-        report.add(
-            "M702", document.element, "", f"the longest chain has {max(depth.values())} joints"
-        )
-
-
-def _places(joints: list[JointText]) -> list[tuple[Element, str]]:
-    return [(joint.element, joint.where) for joint in joints]
-
-
-def _format(axis: tuple[float, float, float]) -> str:
-    return " ".join(f"{component:g}" for component in axis)
+        longest = f"the longest chain has {max(depth.values())} joints"
+        report.add("M702", document.element, longest)

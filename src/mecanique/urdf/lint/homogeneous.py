@@ -352,20 +352,20 @@ def check(link: UrdfLink, report: Report, *, meshes: bool) -> None:
     faults: list[str] = []
     whole = solid_of(shapes, meshes=meshes, faults=faults)
     for fault in dict.fromkeys(faults):
-        report.add("M508", link.element, link.where, fault)
+        report.add("M508", link, fault)
     if whole is None:
         return
     off = whole.outside(np.array(link.frame.xyz, float))
     if off > max(_OUTSIDE * float(np.linalg.norm(whole.high - whole.low)), 1e-3):
         message = f"its center of mass lies {1000 * off:.3g} mm outside of its shape"
-        report.add("M213", link.element, link.where, message)
+        report.add("M213", link, message)
     parts = (solid_of(drawn, meshes=meshes) for drawn in (link.visuals, link.collisions) if drawn)
     solids = [part for part in parts if part is not None]
     densities = [link.mass / part.volume for part in solids]
     if densities and not any(_LIGHT < density < _DENSE for density in densities):
         listed = " or ".join(f"{density:.3g}" for density in dict.fromkeys(densities))
         message = f"its density would be {listed} kg/m³ by the volume of its shape"
-        report.add("M214", link.element, link.where, message)
+        report.add("M214", link, message)
 
 
 def _compare(link: UrdfLink, solid: HomogeneousSolid, density: float | None) -> LinkInertia:

@@ -26,18 +26,14 @@ def check(document: UrdfDocument, report: Report) -> None:
     """Note masses and inertias that are allowed but suspicious."""
     root = document.root
     points = [link for link in document.links if link.mass and not any(link.inertia)]
-    report.together(
-        "M205", [(link.element, link.where) for link in points], "a mass without inertia"
-    )
+    report.together("M205", points, "a mass without inertia")
     for link in document.links:
         if link.mass == 0 and any(link.inertia):
-            report.add("M204", link.element, link.where, "it has inertia but no mass")
+            report.add("M204", link, "it has inertia but no mass")
         if 0 < link.mass < _TINY:
-            report.add("M207", link.element, link.where, f"its mass is {link.mass:g} kg")
+            report.add("M207", link, f"its mass is {link.mass:g} kg")
         if link.name == root and not link.massless:
-            report.add(
-                "M211", link.element, link.where, f"the root link has a mass of {link.mass:g} kg"
-            )
+            report.add("M211", link, f"the root link has a mass of {link.mass:g} kg")
     if root is not None:
         _massless(document, root, report)
 
@@ -59,7 +55,7 @@ def _massless(document: UrdfDocument, root: str, report: Report) -> None:
         if not joint.moving or joint.armature or joint.name in document.mimics:
             continue
         if not heavy[joint.child]:
-            report.add("M206", joint.element, joint.where, "it moves nothing that has mass")
+            report.add("M206", joint, "it moves nothing that has mass")
             continue
         rigid = _rigid(links[joint.child], links, below)
         if any(heavy[moving.child] for _, _, moving in rigid if moving is not None):
@@ -69,7 +65,7 @@ def _massless(document: UrdfDocument, root: str, report: Report) -> None:
             names = " and ".join(repr(link.name) for link, _ in carried)
             verb = "link {} does" if len(carried) == 1 else "links {} do"
             message = f"{verb.format(names)} not resist this motion"
-            report.add("M206", joint.element, joint.where, message)
+            report.add("M206", joint, message)
 
 
 def _rigid(

@@ -12,12 +12,12 @@ import numpy as np
 
 from mecanique.model.bodies.tensor import entries_of, tensor_of
 from mecanique.model.mechanism.validation import inertia_fault
-from mecanique.urdf.dialect import DRAKE_NAMESPACE
+from mecanique.urdf.dialect import DRAKE_NAMESPACE, uses_drake
 from mecanique.urdf.findings import Report
 from mecanique.urdf.lint.blanks import blanks, start_tag
 from mecanique.urdf.markup import Element, quote
 from mecanique.urdf.parse import parse
-from mecanique.urdf.reading.fields import number, numbers
+from mecanique.urdf.reading.fields import Passage
 from mecanique.urdf.reading.joints import SINGLE
 from mecanique.urdf.reading.links import ENTRIES
 
@@ -66,9 +66,8 @@ def balances(robot: Element) -> Iterator[BalancedInertia]:
         )
         if mass is None or inertia is None:
             continue
-        unheard = Report(None)
-        kilograms = number(mass, "value", unheard, "")
-        given = [number(inertia, name, unheard, "") for name in ENTRIES]
+        kilograms = Passage(mass, Report(None)).number("value")
+        given = [Passage(inertia, Report(None)).number(name) for name in ENTRIES]
         before = tuple(entry for entry in given if entry is not None)
         if kilograms is None or kilograms < 0 or len(before) < len(ENTRIES):
             continue
@@ -159,8 +158,7 @@ def _edits(robot: Element, raw: bytes, name: str) -> Iterator[_Edit]:
     new = ""
     if "name" not in robot.attributes:
         new += f" name={quote(name)}"
-    used = (element.tag.startswith("drake:") or _has_drake(element) for element in robot.walk())
-    if "xmlns:drake" not in robot.attributes and any(used):
+    if "xmlns:drake" not in robot.attributes and any(map(uses_drake, robot.walk())):
         new += f' xmlns:drake="{DRAKE_NAMESPACE}"'
     if new:
         yield _insert(robot, new)
@@ -185,7 +183,7 @@ def _edits(robot: Element, raw: bytes, name: str) -> Iterator[_Edit]:
 
 
 def _unit(axis: Element, raw: bytes) -> Iterator[_Edit]:
-    values = numbers(axis, "xyz", 3, Report(None), "")
+    values = Passage(axis, Report(None)).numbers("xyz", 3)
     length = math.hypot(*values) if values else 0.0
     if values is None or length < 1e-8 or abs(length - 1) <= 1e-3:
         return
@@ -207,7 +205,3 @@ def _insert(element: Element, text: str) -> _Edit:
     """Insert attributes right after the tag's name."""
     place = element.offset + 1 + len(element.tag.encode())
     return _Edit(place, place, text)
-
-
-def _has_drake(element: Element) -> bool:
-    return any(name.startswith("drake:") for name in element.attributes)

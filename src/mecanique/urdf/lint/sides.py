@@ -79,7 +79,7 @@ def check(document: UrdfDocument, report: Report) -> None:
         differences = list(_differences(left, right, a, b))
         if differences:
             message = f"it is not link {left.name!r} mirrored: {'; '.join(differences)}"
-            report.add("M212", right.element, right.where, message)
+            report.add("M212", right, message)
 
 
 def _differences(left: UrdfLink, right: UrdfLink, a: _Seen, b: _Seen) -> Iterator[str]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections import defaultdict
 from collections.abc import Collection
 from difflib import get_close_matches
 
-from mecanique.urdf.dialect import ACTUATOR_GEAR, ACTUATOR_INERTIA, EXTENSIONS, SCREW
-from mecanique.urdf.findings import Report
+from mecanique.urdf.dialect import ACTUATOR_GEAR, ACTUATOR_INERTIA, EXTENSIONS, SCREW, uses_drake
+from mecanique.urdf.findings import Report, Spot
 from mecanique.urdf.markup import Element
 from mecanique.urdf.reading.document import UrdfDocument
 from mecanique.urdf.reading.native_tags import CHILDREN, NATIVE_TAGS
@@ -15,16 +16,8 @@ from mecanique.urdf.reading.native_tags import CHILDREN, NATIVE_TAGS
 _JOINT = (
     {"name", "type"},
     {
-        "origin",
-        "parent",
-        "child",
-        "axis",
-        "limit",
-        "dynamics",
-        "mimic",
-        "calibration",
-        "safety_controller",
-        SCREW,
+        *("origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "calibration"),
+        *("safety_controller", SCREW),
     },
 )
 _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
@@ -67,15 +60,14 @@ _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
 
 _UNUSED = {"safety_controller", "calibration", "transmission", "texture"}
 _OTHERS = {
-    "gazebo",
-    "transmission",
-    "ros2_control",
-    "sensor",
-    "mujoco",
-    "loop_joint",
-    "texture",
+    *("gazebo", "transmission", "ros2_control", "sensor", "mujoco", "loop_joint", "texture"),
     "contact",
 }
+_HOLDERS = ("robot", "joint", "drake:joint")
+"""Elements in which a tag of Drake's that is not known is told as such."""
+
+
+_COMMON = {("collision", "material")}
 
 
 def check(document: UrdfDocument, report: Report) -> None:
@@ -83,51 +75,43 @@ def check(document: UrdfDocument, report: Report) -> None:
     robot = document.element
     version = robot.attributes.get("version", "1.0")
     if version != "1.0":
-        report.add("M705", robot, "", f"the version is {version!r}")
+        report.add("M705", robot, f"the version is {version!r}")
     _namespace(robot, report)
-    unused: dict[str, list[tuple[Element, str]]] = {}
-    waiting = [(robot, "")]
+    unused: dict[str, list[Spot]] = defaultdict(list)
+    waiting = [Spot(robot, "")]
     while waiting:
-        element, where = waiting.pop()
+        element, where = spot = waiting.pop()
         attributes, children = _WORDS[element.tag]
-        for name in element.attributes:
-            if name not in attributes and not name.startswith(("xmlns", "drake:")):
-                _unknown(
-                    name, f"{name}=… of <{element.tag}>", attributes, element, where, report, unused
-                )
+        strange: list[tuple[str, str, Collection[str], Spot]] = [
+            (name, f"{name}=… of <{element.tag}>", attributes, spot)
+            for name in element.attributes
+            if name not in attributes and not name.startswith(("xmlns", "drake:"))
+        ]
         for child in element.children:
-            inside = where or _place(child)
-            if child.tag in children:
-                if child.tag in _UNUSED:
-                    unused.setdefault(f"<{child.tag}>", []).append((child, inside))
-                elif child.tag in _WORDS:
-                    waiting.append((child, inside))
-            elif child.tag.startswith("drake:"):
-                if element.tag in ("robot", "joint", "drake:joint"):
-                    report.add(
-                        "M601", child, inside, f"<{child.tag}> in <{element.tag}> is not known"
-                    )
-            elif (
-                child.tag in _WORDS
-                and child.tag not in _OTHERS
-                and (element.tag, child.tag) not in _COMMON
-            ):
-                report.add(
-                    "M113",
-                    child,
-                    inside,
-                    f"<{child.tag}> has no meaning in <{element.tag}>; it is ignored",
-                )
+            tag, inside = child.tag, Spot(child, where or _place(child))
+            misplaced = tag in _WORDS and tag not in _OTHERS and (element.tag, tag) not in _COMMON
+            if tag in children:
+                if tag in _UNUSED:
+                    unused[f"<{tag}>"].append(inside)
+                elif tag in _WORDS:
+                    waiting.append(inside)
+            elif tag.startswith("drake:"):
+                if element.tag in _HOLDERS:
+                    report.add("M601", inside, f"<{tag}> in <{element.tag}> is not known")
+            elif misplaced:
+                message = f"<{tag}> has no meaning in <{element.tag}>; it is ignored"
+                report.add("M113", inside, message)
             else:
-                what = f"<{child.tag}> in <{element.tag}>"
-                _unknown(child.tag, what, children, child, inside, report, unused)
+                strange.append((tag, f"<{tag}> in <{element.tag}>", children, inside))
+        for word, what, known, place in strange:
+            if near := _guess(word, known):
+                report.add("M113", place, f"{what} is ignored; did you mean {near!r}?")
+            else:
+                unused[what].append(place)
     for what, places in unused.items():
         report.together("M703", places, f"{what} is not used")
     _rotors(robot, report)
     _drives(robot, report)
-
-
-_COMMON = {("collision", "material")}
 
 
 def _place(element: Element) -> str:
@@ -135,37 +119,21 @@ def _place(element: Element) -> str:
     return f"{element.tag} {name!r}" if name else f"<{element.tag}>"
 
 
-def _unknown(
-    word: str,
-    what: str,
-    known: Collection[str],
-    element: Element,
-    where: str,
-    report: Report,
-    unused: dict[str, list[tuple[Element, str]]],
-) -> None:
-    near = (
-        []
-        if word in _OTHERS or len(word) > 30
-        else get_close_matches(word.lower(), known, n=1, cutoff=0.7)
-    )
-    if near and abs(len(near[0]) - len(word)) <= 2:
-        report.add("M113", element, where, f"{what} is ignored; did you mean {near[0]!r}?")
-    else:
-        unused.setdefault(what, []).append((element, where))
+def _guess(word: str, known: Collection[str]) -> str:
+    """Return the known word that was meant; "" if none is near."""
+    if word in _OTHERS or len(word) > 30:
+        return ""
+    near = get_close_matches(word.lower(), known, n=1, cutoff=0.7)
+    return near[0] if near and abs(len(near[0]) - len(word)) <= 2 else ""
 
 
 def _namespace(robot: Element, report: Report) -> None:
     if "xmlns:drake" in robot.attributes:
         return
-    for element in robot.walk():
-        if element.tag.startswith("drake:") or any(
-            name.startswith("drake:") for name in element.attributes
-        ):
-            report.add(
-                "M607", element, f"<{element.tag}>", "the prefix drake: is used but not declared"
-            )
-            return
+    first = next(filter(uses_drake, robot.walk()), None)
+    if first is not None:
+        place = Spot(first, f"<{first.tag}>")
+        report.add("M607", place, "the prefix drake: is used but not declared")
 
 
 _ROTOR = re.compile(r"(rotor|motor)_?inertia", re.IGNORECASE)
@@ -189,15 +157,15 @@ def _drives(robot: Element, report: Report) -> None:
             continue
         name, armature = joint.attributes.get("name", ""), inertia * ratio**2
         at = rotors[0] if rotors else ratios[0]
-        report.add(
-            "M601",
-            at,
-            _place(drive),
+        message = (
             f"<{at.tag}> is not read: with a rotor of {inertia:g} and a reduction of {ratio:g} "
-            f"joint {name!r} has an armature of {armature:g}",
-            f"Write <{ACTUATOR_INERTIA}> and <{ACTUATOR_GEAR}> in <actuator>, or read it with "
-            f"armature={{{name!r}: {armature:g}}}.",
+            f"joint {name!r} has an armature of {armature:g}"
         )
+        remedy = (
+            f"Write <{ACTUATOR_INERTIA}> and <{ACTUATOR_GEAR}> in <actuator>, or read it with "
+            f"armature={{{name!r}: {armature:g}}}."
+        )
+        report.add("M601", Spot(at, _place(drive)), message, remedy)
 
 
 def _value(element: Element) -> float | None:
@@ -210,17 +178,7 @@ def _value(element: Element) -> float | None:
 def _rotors(robot: Element, report: Report) -> None:
     """Rotor inertias count below robot/transmission/actuator only."""
     for element in robot.walk():
-        if element.tag == "actuator":
-            continue
-        for child in element.children:
-            if child.tag in (ACTUATOR_INERTIA, ACTUATOR_GEAR) and element.tag not in (
-                "joint",
-                "drake:joint",
-                "robot",
-            ):
-                report.add(
-                    "M601",
-                    child,
-                    f"<{element.tag}>",
-                    f"<{child.tag}> counts only in <actuator>; it is left out",
-                )
+        for child in () if element.tag in ("actuator", *_HOLDERS) else element.children:
+            if child.tag in (ACTUATOR_INERTIA, ACTUATOR_GEAR):
+                message = f"<{child.tag}> counts only in <actuator>; it is left out"
+                report.add("M601", Spot(child, f"<{element.tag}>"), message)

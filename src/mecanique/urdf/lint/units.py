@@ -10,7 +10,7 @@ import numpy as np
 from mecanique.model import slips
 from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
 from mecanique.model.placement import Placement
-from mecanique.urdf.findings import Report
+from mecanique.urdf.findings import Located, Report
 from mecanique.urdf.lint.homogeneous import solid_of
 from mecanique.urdf.reading.document import UrdfDocument
 from mecanique.urdf.reading.links import UrdfLink
@@ -34,46 +34,31 @@ def check(document: UrdfDocument, report: Report) -> None:
         distance = math.hypot(*joint.origin.xyz)
         reach[joint.parent] = max(reach.get(joint.parent, 0.0), distance)
         if distance > _FAR:
-            report.add(
-                "M310",
-                joint.element,
-                joint.where,
-                f"its origin is {distance:g} m away{_METERS}",
-            )
+            report.add("M310", joint, f"its origin is {distance:g} m away{_METERS}")
         if joint.kind == "revolute" and joint.limits is not None:
             bounds = (joint.limits.lower, joint.limits.upper)
             most = max((abs(bound) for bound in bounds if math.isfinite(bound)), default=0.0)
             if 4 * math.pi < most <= 1000:
-                report.add(
-                    "M309",
-                    joint.element,
-                    joint.where,
-                    f"its limits reach {most:g} radians{_DEGREES}",
-                )
-        _angles(joint.origin, joint.element.line, joint.where, report)
+                report.add("M309", joint, f"its limits reach {most:g} radians{_DEGREES}")
+        _angles(joint.origin, joint, report)
     for link in document.links:
-        _angles(link.frame, link.element.line, link.where, report)
+        _angles(link.frame, link, report)
         for visual in (*link.visuals, *link.collisions):
-            _angles(visual.placement, link.element.line, link.where, report)
+            _angles(visual.placement, link, report)
         if link.mass > 0:
             _link(link, reach.get(link.name, 0.0), report)
 
 
-def _angles(place: Placement, line: int, where: str, report: Report) -> None:
+def _angles(place: Placement, whose: Located, report: Report) -> None:
     most = max(abs(angle) for angle in place.rpy)
     if most > 2 * math.pi + 0.01:
-        report.add("M309", line, where, f"an angle of its placement is {most:g} radians{_DEGREES}")
+        report.add("M309", whose, f"an angle of its placement is {most:g} radians{_DEGREES}")
 
 
 def _link(link: UrdfLink, reach: float, report: Report) -> None:
     center = math.hypot(*link.frame.xyz)
     if center > _FAR:
-        report.add(
-            "M310",
-            link.element,
-            link.where,
-            f"its center of mass is {center:g} m away{_METERS}",
-        )
+        report.add("M310", link, f"its center of mass is {center:g} m away{_METERS}")
     drawn = [visual for visual in (*link.collisions, *link.visuals) if _size(visual) > 0]
     size = max([center, reach, *(math.hypot(*v.placement.xyz) + _size(v) for v in drawn)])
     gyration = math.sqrt(max(sum(link.inertia[:3]) / 2, 0.0) / link.mass)
@@ -82,17 +67,13 @@ def _link(link: UrdfLink, reach: float, report: Report) -> None:
             f"its inertia is that of its mass {gyration:.3g} m away from the center, "
             f"but it is {size:.3g} m large"
         )
-        report.add("M208", link.element, link.where, message)
+        report.add("M208", link, message)
     shapes = [visual for visual in link.collisions if _size(visual) > 0]
     if len(shapes) == len(link.collisions) == 1:
         solid = solid_of(shapes, meshes=False)
         if solid and link.mass > 5 and link.mass > _DENSE * solid.volume:
-            report.add(
-                "M209",
-                link.element,
-                link.where,
-                f"its density is {link.mass / solid.volume:.3g} kg/m³{_GRAMS}",
-            )
+            density = link.mass / solid.volume
+            report.add("M209", link, f"its density is {density:.3g} kg/m³{_GRAMS}")
     shapes = shapes or [visual for visual in link.visuals if _size(visual) > 0]
     if len(shapes) == 1:
         _point(link, shapes[0], report)
@@ -116,10 +97,10 @@ def _point(link: UrdfLink, shape: Visual, report: Report) -> None:
             "its mass is at its origin, but its inertia is that of its shape, "
             "whose center is elsewhere"
         )
-        report.add("M210", link.element, link.where, message)
+        report.add("M210", link, message)
     elif _near(link.frame.xyz, place):
         message = f"its inertia is that of its shape {slips.ABOUT_ORIGIN}"
-        report.add("M210", link.element, link.where, message)
+        report.add("M210", link, message)
 
 
 def _near(a: Sequence[float], b: Sequence[float]) -> bool:

@@ -11,12 +11,12 @@ from typing import final
 
 from mecanique.errors import InputError
 from mecanique.urdf.dialect import DRAKE_JOINT
-from mecanique.urdf.findings import Report
+from mecanique.urdf.findings import Report, Spot
 from mecanique.urdf.markup import Element
 from mecanique.urdf.parse import MOST_BYTES, parse
 from mecanique.urdf.reading.extensions import Extensions, read_extensions, with_rotors
-from mecanique.urdf.reading.fields import name_of
-from mecanique.urdf.reading.joints import Follower, JointText, followers, read_joints
+from mecanique.urdf.reading.fields import Passage
+from mecanique.urdf.reading.joints import JointText, Mimic, followers, read_joints
 from mecanique.urdf.reading.links import Pictures, UrdfLink, implied_world, read_links
 from mecanique.urdf.reading.packages import MeshSearch, PackagePath
 from mecanique.urdf.reading.xacro import Letters, XacroValues, expand
@@ -33,18 +33,16 @@ def root_of(
         before = len(report.findings)
         for role, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in by_name:
-                report.add("M107", joint.element, joint.where, f"its {role} {name!r} is no link")
+                report.add("M107", joint, f"its {role} {name!r} is no link")
         if joint.parent == joint.child:
-            report.add(
-                "M108", joint.element, joint.where, f"it joins link {joint.child!r} to itself"
-            )
+            report.add("M108", joint, f"it joins link {joint.child!r} to itself")
         elif joint.child in carrier:
             earlier = carrier[joint.child]
             message = (
                 f"its child {joint.child!r} is the child of {earlier.where} "
                 f"at line {earlier.element.line} already"
             )
-            report.add("M109", joint.element, joint.where, message)
+            report.add("M109", joint, message)
         carrier.setdefault(joint.child, joint)
         sound = sound and len(report.findings) == before
     if not sound:
@@ -58,11 +56,11 @@ def root_of(
     for link in links:
         if link.name not in reached:
             cycle = _cycle(link.name, carrier)
-            report.add("M110", link.element, link.where, f"it hangs on itself: {cycle}")
+            report.add("M110", link, f"it hangs on itself: {cycle}")
             _reach([link.name], children, reached)
     for link in roots[1:]:
         message = f"it is no joint's child, and neither is link {roots[0].name!r}"
-        report.add("M111", link.element, link.where, message)
+        report.add("M111", link, message)
     return roots[0].name if len(roots) == 1 and not report.stopped else None
 
 
@@ -107,10 +105,10 @@ class UrdfDocument:
     links: tuple[UrdfLink, ...]
     joints: tuple[JointText, ...]
     root: str | None  # name of the root link; None if there is not one
-    mimics: dict[str, Follower]  # how mimicking joints follow free ones, by name
+    mimics: dict[str, Mimic]  # how mimicking joints follow free ones, by name
     extensions: Extensions  # what the drake: tags add
-    rotors: tuple[Element, ...]  # the elements that give rotor inertias
-    lost: tuple[tuple[Element, str], ...]  # the meshes that were not found, and their links
+    rotors: tuple[Spot, ...]  # the elements that give rotor inertias
+    lost: tuple[Passage, ...]  # the meshes that were not found
     searched: str  # where packages were looked for, in words
     values: XacroValues  # of a xacro file's arguments and properties; none of another's
 
@@ -133,7 +131,7 @@ def read_document(
         expanded = expand(file, values, search, report)
         data, places = expanded if expanded is not None else (None, None)
         if not named and data is not None:
-            report.add("M008", 1, "", "it holds xacro macros, and was expanded")
+            report.add("M008", 1, "it holds xacro macros, and was expanded")
     elif arguments and data is not None:
         raise InputError(f"expected a .xacro file with arguments, got {report.file or 'a text'}")
     robot = None if data is None else parse(data, report)
@@ -157,12 +155,12 @@ def _is_robot(element: Element, report: Report) -> bool:
     if element.tag != "robot":
         known = _FORMATS.get(element.tag, "")
         message = f"expected <robot> as the outermost element, got <{element.tag[:60]}>{known}"
-        report.add("M005", element, "", message)
+        report.add("M005", element, message)
         return False
     macro = next((part for part in element.walk() if part.tag.startswith("xacro:")), None)
     if macro is not None:
         message = "the text holds xacro macros that are not expanded"
-        report.add("M006", macro, f"<{macro.tag}>", message)
+        report.add("M006", Spot(macro, f"<{macro.tag}>"), message)
     return macro is None
 
 
@@ -171,8 +169,8 @@ def _read_robot(
 ) -> UrdfDocument:
     """Return the contents of a robot, and report their faults."""
     if "name" not in robot.attributes:
-        report.aside.add("M101", robot, "", "the robot has no name")
-    name = (name_of(robot, report.aside) if "name" in robot.attributes else None) or "robot"
+        report.aside.add("M101", robot, "the robot has no name")
+    named = "name" in robot.attributes and Passage(robot, report.aside).name()
     pictures = Pictures(report.aside, search)
     pictures.declare(robot)
     links = read_links(robot, report, pictures)
@@ -188,7 +186,7 @@ def _read_robot(
     extensions = read_extensions(robot, _names(links), joints, report)
     return UrdfDocument(
         text=text,
-        name=name,
+        name=named or "robot",
         element=robot,
         links=tuple(links),
         joints=tuple(joints),
@@ -212,11 +210,11 @@ def _bytes(file: Path | None, report: Report) -> bytes | None:
         return None
     try:
         if not stat.S_ISREG(os.stat(file).st_mode):
-            report.add("M001", 1, "", "it is no file but a folder or device")
+            report.add("M001", 1, "it is no file but a folder or device")
             return None
         with file.open("rb") as stream:
             return stream.read(MOST_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        report.add("M001", 1, "", f"the file cannot be read: {reason}")
+        report.add("M001", 1, f"the file cannot be read: {reason}")
         return None

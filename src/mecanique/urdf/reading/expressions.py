@@ -8,8 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from mecanique.model.expression import FUNCTIONS, Scalar, coordinate, plain, time
-from mecanique.urdf.findings import Report
-from mecanique.urdf.markup import Element
+from mecanique.urdf.reading.fields import Passage
 
 _LONGEST = 2000
 """Characters of an expression; longer ones are refused."""
@@ -39,23 +38,17 @@ def rename(
     return scalar.subs(numbers).subs(others, simultaneous=True)
 
 
-def read_expression(
-    element: Element,
-    attribute: str,
-    report: Report,
-    where: str,
-    letters: str,
-) -> Scalar | None:
+def read_expression(place: Passage, attribute: str, letters: str) -> Scalar | None:
     """Return an attribute as an expression in certain letters; nothing in it is executed."""
-    text = element.attributes.get(attribute, "")
+    text = place.element.attributes.get(attribute, "")
     try:
         if len(text) > _LONGEST:
             raise ValueError("it is too long")
         return plain(_value(ast.parse(text.strip(), mode="eval").body))
     except (SyntaxError, ValueError, ArithmeticError, RecursionError, MemoryError) as error:
         expected = f"expected an expression in {letters}"
-        said = f"{expected} for {attribute} of <{element.tag}>, got {text[:60]!r} ({error})"
-        report.add("M602", element, where, said)
+        said = f"{expected} for {attribute} of <{place.element.tag}>, got {text[:60]!r} ({error})"
+        place.fault("M602", said)
         return None
 
 

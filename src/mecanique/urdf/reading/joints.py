@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 from mecanique.model.joint_base import Limits
@@ -23,7 +23,7 @@ from mecanique.model.placement import Placement
 from mecanique.urdf.dialect import DRAKE_JOINT, SCREW, UNBOUNDED
 from mecanique.urdf.findings import Report
 from mecanique.urdf.markup import Element
-from mecanique.urdf.reading.fields import name_of, number, numbers, placement, single
+from mecanique.urdf.reading.fields import Passage
 
 SINGLE = ("revolute", "continuous", "prismatic")
 """Types with one coordinate."""
@@ -53,6 +53,7 @@ class Mimic:
     """How a joint follows another: coordinate = multiplier × other + offset."""
 
     element: Element
+    where: str  # the joint that follows, as reports call it
     joint: str  # name of the other joint
     multiplier: float
     offset: float  # rad or m
@@ -135,151 +136,130 @@ def read_joints(robot: Element, report: Report) -> list[JointText]:
     for element in robot.children:
         if element.tag not in ("joint", DRAKE_JOINT):
             continue
-        joint = _joint(element, report)
+        joint = _joint(Passage(element, report))
         if joint is None:
             continue
         if joint.name in joints:
             line = joints[joint.name].element.line
-            report.add("M106", element, joint.where, f"it is there already at line {line}")
+            report.add("M106", joint, f"it is there already at line {line}")
             continue
         joints[joint.name] = joint
     return list(joints.values())
 
 
-def _joint(element: Element, report: Report) -> JointText | None:
-    name = name_of(element, report)
-    where = f"joint {name!r}" if name else "a joint"
-    kind = _kind(element, report, where)
-    parent, child = (_end(element, role, report, where) for role in ("parent", "child"))
-    origin = placement(element, report, where)
-    axis = _axis(element, kind, report, where)
-    limits = _limits(element, kind, report, where)
-    damping, friction = _dynamics(element, kind, report, where)
-    mimic = _mimic(element, report, where)
+def _joint(text: Passage) -> JointText | None:
+    name = text.name()
+    text = replace(text, where=f"joint {name!r}" if name else "a joint")
+    kind = _kind(text)
+    parent, child = (_end(text, role) for role in ("parent", "child"))
+    origin = text.origin()
+    axis = _axis(text, kind)
+    limits = _limits(text, kind)
+    damping, friction = _dynamics(text, kind)
+    mimic = _mimic(text)
     if name is None or parent is None or child is None:
         return None
-    # the report has what could not be read; stand-ins let the tree be checked, too
-    kind, axis = kind or "continuous", axis or _Z
     return JointText(
         name=name,
-        element=element,
-        kind=kind,
+        element=text.element,
+        # the report has what could not be read; stand-ins let the tree be checked, too
+        kind=kind or "continuous",
         parent=parent,
         child=child,
         origin=origin,
-        axis=axis,
+        axis=axis or _Z,
         limits=limits,
         damping=damping,
         friction=friction,
         mimic=mimic,
-        screw=any(child.tag == SCREW for child in element.children),
+        screw=text.element.child(SCREW) is not None,
     )
 
 
-def _kind(element: Element, report: Report, where: str) -> str | None:
-    kind = element.attributes.get("type")
-    custom = element.tag == DRAKE_JOINT
+def _kind(text: Passage) -> str | None:
+    tag, kind = text.element.tag, text.element.attributes.get("type")
+    custom = tag == DRAKE_JOINT
     if kind is None:
-        report.add("M103", element, where, f"<{element.tag}> has no type=…")
+        text.fault("M103", f"<{tag}> has no type=…")
         return None
     if kind in (CUSTOM if custom else _STANDARD):
         return kind
     if custom and kind in _STANDARD:
-        report.add(
-            "M314", element, where, f"the type {kind!r} belongs into <joint>; Drake refuses it here"
-        )
+        text.fault("M314", f"the type {kind!r} belongs into <joint>; Drake refuses it here")
         return kind
     if custom and kind in ("curvilinear", "screw"):
-        report.add("M604", element, where, f"<drake:joint> of type {kind!r} is not modeled")
+        text.fault("M604", f"<drake:joint> of type {kind!r} is not modeled")
         return None
-    remedy = 'Write <drake:joint type="ball">.' if kind in ("ball", "spherical") else None
-    if kind == "universal":
-        remedy = 'Write <drake:joint type="universal">.'
+    meant = "ball" if kind == "spherical" else kind
+    remedy = f'Write <drake:joint type="{meant}">.' if meant in ("ball", "universal") else None
     known = ", ".join(CUSTOM if custom else _STANDARD)
-    report.add("M301", element, where, f"expected a type among {known}, got {kind[:60]!r}", remedy)
+    text.fault("M301", f"expected a type among {known}, got {kind[:60]!r}", remedy)
     return None
 
 
-def _end(element: Element, role: str, report: Report, where: str) -> str | None:
-    end = single(element, role, report, where)
+def _end(text: Passage, role: str) -> str | None:
+    end = text.only(role)
     if end is None:
-        report.add("M103", element, where, f"<{element.tag}> has no <{role}>")
+        text.fault("M103", f"<{text.element.tag}> has no <{role}>")
         return None
-    return name_of(end, report, "link", where)
+    return end.name("link")
 
 
-def _axis(
-    element: Element, kind: str | None, report: Report, where: str
-) -> tuple[float, float, float] | None:
+def _axis(text: Passage, kind: str | None) -> tuple[float, float, float] | None:
     used = kind is None or kind in (*SINGLE, "planar")
-    report = report if used else report.aside
-    axis = single(element, "axis", report, where)
+    text = text if used else text.aside
+    axis = text.only("axis")
     if axis is None:
-        if used and element.tag == "joint":
-            message = "it has no <axis>, which means 1 0 0"
-            report.add(
-                "M304",
-                element,
-                where,
-                message + (" (Pinocchio takes z)" if kind == "planar" else ""),
-            )
-        return _Z if element.tag == DRAKE_JOINT else _X
-    values = numbers(axis, "xyz", 3, report, where)
+        if used and text.element.tag == "joint":
+            more = " (Pinocchio takes z)" if kind == "planar" else ""
+            text.fault("M304", f"it has no <axis>, which means 1 0 0{more}")
+        return _Z if text.element.tag == DRAKE_JOINT else _X
+    values = axis.numbers("xyz", 3)
     if not used:
         return _X
     if values is None:
         return None
-    length = math.hypot(*values)
+    length, written = math.hypot(*values), axis.element.attributes["xyz"]
     if length < 1e-8:
-        report.add("M302", axis, where, f"its axis {axis.attributes['xyz']!r} has no length")
+        axis.fault("M302", f"its axis {written!r} has no length")
         return None
     if abs(length - 1) > 1e-3:
-        report.add(
-            "M303", axis, where, f"its axis {axis.attributes['xyz']!r} has the length {length:g}"
-        )
+        axis.fault("M303", f"its axis {written!r} has the length {length:g}")
     return values[0], values[1], values[2]
 
 
-def _limits(element: Element, kind: str | None, report: Report, where: str) -> Limits | None:
-    limit = single(element, "limit", report.aside, where)
+def _limits(text: Passage, kind: str | None) -> Limits | None:
+    limit = text.only("limit", aside=True)
     bounded = kind in ("revolute", "prismatic")
     if limit is None:
         if bounded:
-            report.add(
-                "M307", element, where, f"a {kind} joint has no <limit>; it is read without bounds"
-            )
+            text.fault("M307", f"a {kind} joint has no <limit>; it is read without bounds")
         return None
-    names = ("lower", "upper", "effort", "velocity")
-    lower, upper, effort, velocity = (
-        number(limit, name, report, where, default=_left_out(name), most=math.inf) for name in names
-    )
-    if lower is None or upper is None or effort is None or velocity is None:
+    left_out = {"lower": 0.0, "upper": 0.0, "effort": math.inf, "velocity": math.inf}
+    values = [limit.number(name, default=x, most=math.inf) for name, x in left_out.items()]
+    known = [value for value in values if value is not None]
+    if len(known) < len(left_out):
         return None
+    lower, upper, effort, velocity = known
+    given = limit.element.attributes
     if bounded:
-        missing = [name for name in ("effort", "velocity") if name not in limit.attributes]
+        missing = [name for name in ("effort", "velocity") if name not in given]
         if missing:
-            report.add(
-                "M307",
-                limit,
-                where,
-                f"<limit> has no {' and no '.join(missing)}; it is read as unbounded",
-            )
+            absent = " and no ".join(missing)
+            limit.fault("M307", f"<limit> has no {absent}; it is read as unbounded")
         if lower > upper:
             message = f"its lower limit {lower:g} is above its upper limit {upper:g}"
-            report.aside.add("M306", limit, where, message)
+            limit.aside.fault("M306", message)
             lower, upper = -math.inf, math.inf
-        if lower == upper == 0 and not {"lower", "upper"} <= set(limit.attributes):
-            report.add(
-                "M308", limit, where, "<limit> without lower and upper lets it move from 0 to 0"
-            )
-        if any("inf" in limit.attributes.get(name, "").lower() for name in names):
-            report.add("M307", limit, where, "Pinocchio and ROS cannot read an infinite limit")
+        if lower == upper == 0 and not {"lower", "upper"} <= given.keys():
+            limit.fault("M308", "<limit> without lower and upper lets it move from 0 to 0")
+        if any("inf" in given.get(name, "").lower() for name in left_out):
+            limit.fault("M307", "Pinocchio and ROS cannot read an infinite limit")
     else:
         lower, upper = -math.inf, math.inf
     for name, value in (("effort", effort), ("velocity", velocity)):
         if value < 0:
-            message = f"its limit of {name} is negative ({value:g})"
-            report.aside.add("M306", limit, where, message)
+            limit.aside.fault("M306", f"its limit of {name} is negative ({value:g})")
     effort, velocity = (value if value >= 0 else math.inf for value in (effort, velocity))
     bounds = lower, upper, effort, velocity
     return Limits(
@@ -287,126 +267,81 @@ def _limits(element: Element, kind: str | None, report: Report, where: str) -> L
     )
 
 
-def _left_out(name: str) -> float:
-    return 0.0 if name in ("lower", "upper") else math.inf
-
-
-def _dynamics(
-    element: Element, kind: str | None, report: Report, where: str
-) -> tuple[float, float]:
-    dynamics = single(element, "dynamics", report, where)
+def _dynamics(text: Passage, kind: str | None) -> tuple[float, float]:
+    dynamics = text.only("dynamics")
     if dynamics is None:
         return 0.0, 0.0
-    text = dynamics.attributes.get("damping", "0")
-    count = 3 if kind == "planar" and len(text.split()) == 3 else 1
-    dampings = numbers(dynamics, "damping", count, report, where, default=(0.0,)) or (0.0,)
-    friction = number(dynamics, "friction", report, where, default=0.0) or 0.0
+    words = dynamics.element.attributes.get("damping", "0").split()
+    count = 3 if kind == "planar" and len(words) == 3 else 1
+    dampings = dynamics.numbers("damping", count, default=(0.0,)) or (0.0,)
+    friction = dynamics.number("friction", default=0.0) or 0.0
     if min(dampings) < 0:
-        report.add("M311", dynamics, where, f"its damping is {min(dampings):g}")
+        dynamics.fault("M311", f"its damping is {min(dampings):g}")
     elif any(dampings) and kind in MOVING and kind not in SINGLE:
-        report.add("M312", dynamics, where, f"the damping of a {kind} joint is not modeled")
+        dynamics.fault("M312", f"the damping of a {kind} joint is not modeled")
     return dampings[0] if kind in SINGLE else 0.0, friction
 
 
-def _mimic(element: Element, report: Report, where: str) -> Mimic | None:
-    mimic = single(element, "mimic", report, where)
+def _mimic(text: Passage) -> Mimic | None:
+    mimic = text.only("mimic")
     if mimic is None:
         return None
-    name = name_of(mimic, report, "joint", where)
-    multiplier = number(mimic, "multiplier", report, where, default=1.0)
-    offset = number(mimic, "offset", report, where, default=0.0)
+    name = mimic.name("joint")
+    multiplier, offset = (
+        mimic.number("multiplier", default=1.0),
+        mimic.number("offset", default=0.0),
+    )
     if name is None or multiplier is None or offset is None:
         return None
-    return Mimic(mimic, name, multiplier, offset)
+    return Mimic(mimic.element, mimic.where, name, multiplier, offset)
 
 
-@final
-@dataclass(frozen=True)
-class Follower:
-    """How a joint follows one that moves freely: coordinate = multiplier × leader + offset."""
-
-    leader: str  # name of the joint that moves freely
-    multiplier: float
-    offset: float  # rad or m
-
-
-def followers(joints: list[JointText], report: Report) -> dict[str, Follower]:
+def followers(joints: list[JointText], report: Report) -> dict[str, Mimic]:
     """Return how each mimicking joint follows a free one, by its name; report what cannot."""
     by_name = {joint.name: joint for joint in joints}
     mimics = {
-        joint.name: joint
+        joint.name: joint.mimic
         for joint in joints
-        if joint.mimic is not None and _fit(joint, by_name, report)
+        if joint.mimic is not None and _fit(joint, joint.mimic, by_name, report)
     }
-    solved: dict[str, Follower] = {}
-    broken: set[str] = set()
-    for name in mimics:
-        chain: list[str] = []
-        following: set[str] = set()
-        while (
-            name in mimics and name not in solved and name not in broken and name not in following
-        ):
-            chain.append(name)
-            following.add(name)
-            name = _leader(mimics[name])
-        if name in following:
-            joint = mimics[name]
-            members = chain[chain.index(name) :]
+    solved: dict[str, Mimic | None] = {}  # None for what follows itself
+    for name, mimic in mimics.items():
+        chain: dict[str, Mimic] = {}
+        while name in mimics and name not in solved and name not in chain:
+            chain[name] = mimic = mimics[name]
+            name = mimic.joint
+        if name in chain:
+            members = [*chain][[*chain].index(name) :]
             shown = " → ".join([*members[:6], *(["…"] if len(members) > 6 else []), name])
-            report.add(
-                "M402",
-                joint.mimic.element if joint.mimic else joint.element,
-                joint.where,
-                f"cycle: {shown}",
-            )
-        if name in following or name in broken:
-            broken.update(chain)
+            report.add("M402", mimics[name], f"cycle: {shown}")
+            solved |= dict.fromkeys(chain)
             continue
-        for follower in reversed(chain):
-            solved[follower] = _compose(mimics[follower], solved, report)
-    return solved
+        outer = solved.get(name, replace(mimic, multiplier=1.0, offset=0.0))
+        for follower, mimic in reversed(chain.items()):
+            outer = solved[follower] = outer and _compose(mimic, outer, report)
+    return {name: mimic for name, mimic in solved.items() if mimic is not None}
 
 
-def _fit(joint: JointText, joints: Mapping[str, JointText], report: Report) -> bool:
-    mimic = joint.mimic
-    if mimic is None:
-        return False
+def _fit(joint: JointText, mimic: Mimic, joints: Mapping[str, JointText], report: Report) -> bool:
     leader = joints.get(mimic.joint)
     if joint.kind == "fixed":
-        report.add("M407", mimic.element, joint.where, f"it is fixed and mimics {mimic.joint!r}")
+        report.add("M407", mimic, f"it is fixed and mimics {mimic.joint!r}")
     elif leader is None:
-        report.add(
-            "M401", mimic.element, joint.where, f"it mimics {mimic.joint!r}, which is no joint"
-        )
+        report.add("M401", mimic, f"it mimics {mimic.joint!r}, which is no joint")
     elif joint.kind not in SINGLE:
-        report.add("M403", mimic.element, joint.where, f"a {joint.kind} joint cannot mimic another")
+        report.add("M403", mimic, f"a {joint.kind} joint cannot mimic another")
     elif leader.kind not in SINGLE:
-        report.add(
-            "M403", mimic.element, joint.where, f"it mimics {leader.name!r}, a {leader.kind} joint"
-        )
+        report.add("M403", mimic, f"it mimics {leader.name!r}, a {leader.kind} joint")
     else:
         return True
     return False
 
 
-def _leader(joint: JointText) -> str:
-    return joint.mimic.joint if joint.mimic else joint.name
-
-
-def _compose(joint: JointText, solved: Mapping[str, Follower], report: Report) -> Follower:
+def _compose(mimic: Mimic, outer: Mimic, report: Report) -> Mimic:
     """Substitute the law of the joint that is followed: m (M x + O) + o."""
-    mimic = joint.mimic
-    if mimic is None:
-        return Follower(joint.name, 1.0, 0.0)
-    outer = solved.get(mimic.joint, Follower(mimic.joint, 1.0, 0.0))
     multiplier = mimic.multiplier * outer.multiplier
     offset = mimic.multiplier * outer.offset + mimic.offset
     if not (math.isfinite(multiplier) and math.isfinite(offset)):
-        report.add(
-            "M104",
-            mimic.element,
-            joint.where,
-            "its multipliers and offsets grow beyond all numbers",
-        )
+        report.add("M104", mimic, "its multipliers and offsets grow beyond all numbers")
         return outer
-    return Follower(outer.leader, multiplier, offset)
+    return replace(mimic, joint=outer.joint, multiplier=multiplier, offset=offset)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import final
+from typing import Any, final
 
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.body import Inertia, Shape
@@ -13,11 +13,12 @@ from mecanique.model.placement import Placement
 from mecanique.urdf.dialect import WORLD
 from mecanique.urdf.findings import Report
 from mecanique.urdf.markup import Element
-from mecanique.urdf.reading.fields import name_of, number, numbers, placement, single
+from mecanique.urdf.reading.fields import Passage
 from mecanique.urdf.reading.joints import JointText
 from mecanique.urdf.reading.packages import MeshSearch, OutsideError
 
-_SHAPES = ("box", "cylinder", "sphere", "mesh")
+_SHAPES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",), "mesh": ()}
+"""Attributes with the sizes of each shape."""
 
 
 @final
@@ -28,115 +29,105 @@ class Pictures:
     report: Report
     search: MeshSearch
     materials: dict[str, Rgba | None] = field(default_factory=dict)
-    lost: list[tuple[Element, str]] = field(default_factory=list)
+    lost: list[Passage] = field(default_factory=list)  # the meshes that were not found
 
     def declare(self, robot: Element) -> None:
         """Read the robot's materials, then those inside links, to which other links may refer."""
         for element in robot.all("material"):
-            self._material(element, "")
+            self._material(Passage(element, self.report))
         for link in robot.all("link"):
             for visual in link.all("visual"):
                 for element in visual.all("material"):
                     if element.child("color") is not None:
                         name = element.attributes.get("name", "")
                         if name and name not in self.materials:
-                            self._material(element, "")
+                            self._material(Passage(element, self.report))
 
     def visuals(self, link: Element, tag: str, where: str) -> tuple[Visual, ...]:
         """Return the visuals or collisions of a link, without those that cannot be drawn."""
-        visuals = (self._visual(element, where) for element in link.all(tag))
-        return tuple(visual for visual in visuals if visual is not None)
+        texts = (Passage(element, self.report, where) for element in link.all(tag))
+        return tuple(visual for visual in map(self._visual, texts) if visual is not None)
 
-    def _visual(self, element: Element, where: str) -> Visual | None:
-        place = placement(element, self.report, where)
-        geometry = self._geometry(element, where)
-        color = self._color(element, where) if element.tag == "visual" else None
-        name = element.attributes.get("name", "")
+    def _visual(self, text: Passage) -> Visual | None:
+        place = text.origin()
+        geometry = self._geometry(text)
+        color = self._color(text) if text.element.tag == "visual" else None
+        name = text.element.attributes.get("name", "")
         return None if geometry is None else Visual(geometry, place, color, name)
 
-    def _geometry(self, element: Element, where: str) -> Geometry | None:
-        holder = single(element, "geometry", self.report, where)
-        shapes = (
-            [] if holder is None else [child for child in holder.children if child.tag in _SHAPES]
-        )
+    def _geometry(self, text: Passage) -> Geometry | None:
+        holder = text.only("geometry")
+        inside = [] if holder is None else list(holder.element.children)
+        shapes = [text.at(child) for child in inside if child.tag in _SHAPES]
         if len(shapes) > 1:
-            self.report.add("M112", shapes[1], where, f"<geometry> holds {len(shapes)} shapes")
+            shapes[1].fault("M112", f"<geometry> holds {len(shapes)} shapes")
         if not shapes:
-            others = "" if holder is None else ", ".join(child.tag for child in holder.children[:3])
+            others = ", ".join(child.tag for child in inside[:3])
             fault = f"of a kind that is not known ({others})" if others else "missing"
-            self.report.add(
-                "M503", holder or element, where, f"the shape of a <{element.tag}> is {fault}"
-            )
+            message = f"the shape of a <{text.element.tag}> is {fault}"
+            (holder or text).fault("M503", message)
             return None
-        shape = shapes[0]
-        if shape.tag == "mesh":
-            return self._mesh(shape, where)
-        sizes = self._sizes(shape, where)
-        if sizes is None:
+        shape, tag = shapes[0], shapes[0].element.tag
+        if tag == "mesh":
+            return self._mesh(shape)
+        count = 3 if tag == "box" else 1
+        parts = [shape.numbers(name, count) for name in _SHAPES[tag]]
+        if None in parts:
             return None
+        sizes = tuple(size for part in parts if part is not None for size in part)
         if min(sizes) <= 0:
-            self.report.add(
-                "M504", shape, where, f"expected positive sizes of a <{shape.tag}>, got {sizes}"
-            )
+            shape.fault("M504", f"expected positive sizes of a <{tag}>, got {sizes}")
             return None
-        if shape.tag == "box":
+        if tag == "box":
             return Box((sizes[0], sizes[1], sizes[2]))
-        return Sphere(sizes[0]) if shape.tag == "sphere" else Cylinder(sizes[0], sizes[1])
+        return Sphere(sizes[0]) if tag == "sphere" else Cylinder(sizes[0], sizes[1])
 
-    def _sizes(self, shape: Element, where: str) -> tuple[float, ...] | None:
-        if shape.tag == "box":
-            return numbers(shape, "size", 3, self.report, where)
-        names = ("radius",) if shape.tag == "sphere" else ("radius", "length")
-        sizes = [number(shape, name, self.report, where) for name in names]
-        known = tuple(size for size in sizes if size is not None)
-        return known if len(known) == len(names) else None
-
-    def _mesh(self, shape: Element, where: str) -> Mesh | None:
-        uri = shape.attributes.get("filename")
-        scale = numbers(shape, "scale", 3, self.report, where, default=(1.0, 1.0, 1.0))
+    def _mesh(self, shape: Passage) -> Mesh | None:
+        uri = shape.element.attributes.get("filename")
+        scale = shape.numbers("scale", 3, default=(1.0, 1.0, 1.0))
         if not uri:
-            self.report.add("M103", shape, where, "<mesh> has no filename=…")
+            shape.fault("M103", "<mesh> has no filename=…")
             return None
         path = None
         try:
             path = self.search.find(uri)
             if path is None:
-                self.lost.append((shape, where))
+                self.lost.append(shape)
         except OutsideError:
-            self.report.add("M502", shape, where, f"the mesh {uri!r} lies outside its package")
+            shape.fault("M502", f"the mesh {uri!r} lies outside its package")
         return None if scale is None else Mesh(uri, path, (scale[0], scale[1], scale[2]))
 
-    def _color(self, element: Element, where: str) -> Rgba | None:
-        material = single(element, "material", self.report, where)
+    def _color(self, text: Passage) -> Rgba | None:
+        material = text.only("material")
         if material is None:
             return None
-        if material.child("color") is not None:
-            return self._rgba(material, where)
-        name = material.attributes.get("name", "")
-        if name not in self.materials and material.child("texture") is None:
-            self.report.add("M505", material, where, f"the material {name!r} is not described")
+        element = material.element
+        if element.child("color") is not None:
+            return _rgba(material)
+        name = element.attributes.get("name", "")
+        if name not in self.materials and element.child("texture") is None:
+            material.fault("M505", f"the material {name!r} is not described")
         return self.materials.get(name)
 
-    def _material(self, element: Element, where: str) -> None:
-        name = element.attributes.get("name", "")
+    def _material(self, material: Passage) -> None:
+        name = material.element.attributes.get("name", "")
         if not name:
-            self.report.add("M103", element, where, "<material> has no name=…")
+            material.fault("M103", "<material> has no name=…")
         elif name in self.materials:
-            self.report.add("M106", element, where, f"the material {name!r} is described twice")
+            material.fault("M106", f"the material {name!r} is described twice")
         else:
-            self.materials[name] = self._rgba(element, where)
+            self.materials[name] = _rgba(material)
 
-    def _rgba(self, material: Element, where: str) -> Rgba | None:
-        color = single(material, "color", self.report, where)
-        if color is None:
-            return None
-        values = numbers(color, "rgba", 4, self.report, where)
-        if values is None:
-            return None
-        if not all(0 <= value <= 1 for value in values):
-            self.report.add("M506", color, where, f"expected colors from 0 to 1, got {values}")
-            values = tuple(min(max(value, 0.0), 1.0) for value in values)
-        return values[0], values[1], values[2], values[3]
+
+def _rgba(material: Passage) -> Rgba | None:
+    color = material.only("color")
+    values = None if color is None else color.numbers("rgba", 4)
+    if color is None or values is None:
+        return None
+    if not all(0 <= value <= 1 for value in values):
+        color.fault("M506", f"expected colors from 0 to 1, got {values}")
+        values = tuple(min(max(value, 0.0), 1.0) for value in values)
+    return values[0], values[1], values[2], values[3]
 
 
 ENTRIES = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -150,11 +141,11 @@ class UrdfLink:
 
     name: str
     element: Element
-    mass: float  # kg
-    frame: Placement  # where the inertia's center and axes are in the link
-    inertia: Inertia  # about the center, in the axes of `frame` [kg·m²]
     visuals: tuple[Visual, ...]
     collisions: tuple[Visual, ...]
+    mass: float = 0.0  # kg
+    frame: Placement = field(default_factory=Placement)  # of the inertia in the link
+    inertia: Inertia = (0.0,) * 6  # about the origin of `frame`, in its axes [kg·m²]
     real: bool = True  # whether a real body can have this inertia
 
     @property
@@ -170,11 +161,8 @@ class UrdfLink:
     def body(self) -> Body:
         """Return the body it describes."""
         if self.massless:
-            return (
-                Body(self.name, Shape(0.0, visuals=self.visuals))
-                if self.visuals
-                else Body(self.name)
-            )
+            shapes = (Shape(0.0, visuals=self.visuals),) if self.visuals else ()
+            return Body(self.name, *shapes)
         shape = Shape(self.mass, inertia=self.inertia).at(self.frame.xyz, self.frame.rpy)
         whole = replace(shape, visuals=self.visuals)
         return Body(self.name, whole, as_given=not self.real)
@@ -184,30 +172,20 @@ def read_links(robot: Element, report: Report, pictures: Pictures) -> list[UrdfL
     """Return the links of a robot; what cannot be read is reported."""
     links: dict[str, UrdfLink] = {}
     for element in robot.all("link"):
-        name = name_of(element, report)
-        where = f"link {name!r}" if name else "a link"
-        mass, frame, inertia, real = _inertial(element, report, where)
-        visuals = pictures.visuals(element, "visual", where)
-        collisions = pictures.visuals(element, "collision", where)
+        text = Passage(element, report)
+        name = text.name()
+        text = replace(text, where=f"link {name!r}" if name else "a link")
+        inertial = _read_inertial(text)
+        visuals = pictures.visuals(element, "visual", text.where)
+        collisions = pictures.visuals(element, "collision", text.where)
         if name is None:
             continue
         if name in links:
-            report.add(
-                "M106", element, where, f"it is there already at line {links[name].element.line}"
-            )
+            text.fault("M106", f"it is there already at line {links[name].element.line}")
             continue
-        links[name] = UrdfLink(
-            name=name,
-            element=element,
-            mass=mass,
-            frame=frame,
-            inertia=inertia,
-            visuals=visuals,
-            collisions=collisions,
-            real=real,
-        )
+        links[name] = UrdfLink(name, element, visuals, collisions, **inertial)
     if not links and not report.stopped:
-        report.add("M102", robot, "", "the robot has no link")
+        report.add("M102", robot, "the robot has no link")
     return list(links.values())
 
 
@@ -219,45 +197,34 @@ def implied_world(links: list[UrdfLink], joints: list[JointText], report: Report
         if joint.parent == WORLD:
             message = f"its parent {WORLD!r} is no link; it is read as the inertial frame"
             remedy = f'Add <link name="{WORLD}"/>; Pinocchio refuses the file without it.'
-            report.aside.add("M107", joint.element, joint.where, message, remedy)
-            nothing = 0.0, Placement(), (0.0,) * 6
-            return [UrdfLink(WORLD, joint.element, *nothing, (), ())]
+            report.aside.add("M107", joint, message, remedy)
+            return [UrdfLink(WORLD, joint.element, (), ())]
     return []
 
 
-def _inertial(link: Element, report: Report, where: str) -> tuple[float, Placement, Inertia, bool]:
-    nothing = 0.0, Placement(), (0.0,) * 6, True
-    element = single(link, "inertial", report, where)
-    if element is None:
-        return nothing
-    frame = placement(element, report, where)
-    parts = {tag: single(element, tag, report, where) for tag in ("mass", "inertia")}
-    for tag, part in parts.items():
-        if part is None and tag == "inertia":
-            message = "<inertial> has no <inertia>; it is read as a point's"
-            remedy = (
-                "Write <inertia> out; Pinocchio and Drake take a point, MuJoCo refuses the file."
-            )
-            report.aside.add("M103", element, where, message, remedy)
-        elif part is None:
-            report.add("M103", element, where, f"<inertial> has no <{tag}>")
-    mass_element, inertia_element = parts["mass"], parts["inertia"]
-    mass = None if mass_element is None else number(mass_element, "value", report, where)
-    entries = (
-        [0.0] * len(ENTRIES)
-        if inertia_element is None
-        else [number(inertia_element, name, report, where) for name in ENTRIES]
-    )
+def _read_inertial(link: Passage) -> dict[str, Any]:
+    """Return mass, frame and inertia of a link; nothing if it has none that can be read."""
+    text = link.only("inertial")
+    if text is None:
+        return {}
+    frame = text.origin()
+    mass_text, inertia_text = (text.only(tag) for tag in ("mass", "inertia"))
+    if mass_text is None:
+        text.fault("M103", "<inertial> has no <mass>")
+    if inertia_text is None:
+        remedy = "Write <inertia> out; Pinocchio and Drake take a point, MuJoCo refuses the file."
+        message = "<inertial> has no <inertia>; it is read as a point's"
+        text.aside.fault("M103", message, remedy)
+    mass = None if mass_text is None else mass_text.number("value")
+    entries = [0.0 if inertia_text is None else inertia_text.number(name) for name in ENTRIES]
     inertia = tuple(entry for entry in entries if entry is not None)
-    if mass is None or mass_element is None or len(inertia) < len(ENTRIES):
-        return nothing
+    if mass is None or mass_text is None or len(inertia) < len(ENTRIES):
+        return {}
     if mass < 0:
-        report.add("M201", mass_element, where, f"its mass is {mass:g} kg")
-        return nothing
+        mass_text.fault("M201", f"its mass is {mass:g} kg")
+        return {}
     fault = inertia_fault(mass, inertia)
-    if fault and inertia_element is not None:
+    if fault and inertia_text is not None:
         # Lagrange's equations hold for any numbers
-        code = "M203" if "triangle" in fault else "M202"
-        report.aside.add(code, inertia_element, where, fault)
-    ixx, iyy, izz, ixy, ixz, iyz = inertia
-    return mass, frame, (ixx, iyy, izz, ixy, ixz, iyz), not fault
+        inertia_text.aside.fault("M203" if "triangle" in fault else "M202", fault)
+    return {"mass": mass, "frame": frame, "inertia": inertia, "real": not fault}

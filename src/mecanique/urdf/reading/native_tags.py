@@ -79,7 +79,7 @@ from mecanique.urdf.markup import number as write_number
 from mecanique.urdf.markup import numbers as write_numbers
 from mecanique.urdf.names import Names
 from mecanique.urdf.reading.expressions import read_expression, rename, write_expression
-from mecanique.urdf.reading.fields import name_of, number, numbers, single
+from mecanique.urdf.reading.fields import Passage
 
 Holds: TypeAlias = Literal["number", "load", "vector", "word", "joint", "link", "expression"]
 """What an attribute holds; a load is a number or the name of what presses."""
@@ -403,9 +403,10 @@ def read_native(
     report: Report,
 ) -> Any:
     """Return what an element of mecanique's namespace describes; None if faults were reported."""
-    kind, name = NATIVE_TAGS[element.tag], name_of(element, report)
-    reader = _Reader(links, joints, report, kind.where(name))
-    stated, inside = reader.read(element, kind), reader.read_inside(element, kind)
+    kind, name = NATIVE_TAGS[element.tag], Passage(element, report).name()
+    text = Passage(element, report, kind.where(name))
+    reader = _Reader(links, joints)
+    stated, inside = reader.read(text, kind), reader.read_inside(text, kind)
     if name is None or stated is None or inside is None:
         return None
     if kind.type is Cord and element.children[-1].tag == _PULLEY:
@@ -413,7 +414,7 @@ def read_native(
     try:
         return _make(kind.type, names.free(name), stated, inside)
     except InputError as error:
-        report.add("M602", element, reader.where, str(error))
+        text.fault("M602", str(error))
         return None
 
 
@@ -452,22 +453,20 @@ class _Reader:
 
     links: Collection[str]
     joints: Collection[str]
-    report: Report
-    where: str
 
-    def read(self, element: Element, kind: NativeTag) -> dict[str, Any] | None:
+    def read(self, text: Passage, kind: NativeTag) -> dict[str, Any] | None:
         """Return the fields that an element states; None if faults were reported."""
         stated: dict[str, Any] = {}
         sound, ends = True, []
         for name, attribute in kind.attributes.items():
-            if name not in element.attributes and not kind.needs(name, attribute):
+            if name not in text.element.attributes and not kind.needs(name, attribute):
                 continue
-            value = stated[attribute.path or name] = self._value(element, kind, name, attribute)
+            value = stated[attribute.path or name] = self._value(text, kind, name, attribute)
             sound = sound and value is not None
             ends += [value] if attribute.holds == "link" else []
         if kind.type is Rolling:
             stated.setdefault("axis", None)  # a ball; the default of the class is a wheel
-        sound = sound and not self._meets_itself(element, ends)
+        sound = sound and not _meets_itself(text, ends)
         for part in ("plane.xyz", "plane.rpy"):
             if part in stated:
                 whole, _, of = part.partition(".")
@@ -475,59 +474,49 @@ class _Reader:
                 stated[whole] = replace(stated.get(whole, Placement()), **angle_or_place)
         return stated if sound else None
 
-    def _meets_itself(self, element: Element, ends: Sequence[str]) -> bool:
-        """Report two ends on one link."""
-        same = len(ends) == 2 and ends[0] == ends[1]
-        if same:
-            message = f"both of its ends are on link {ends[0]!r}"
-            self.report.add("M603", element, self.where, message)
-        return same
-
-    def _value(self, element: Element, kind: NativeTag, name: str, attribute: Attribute) -> Any:
+    def _value(self, text: Passage, kind: NativeTag, name: str, attribute: Attribute) -> Any:
         """Return what an attribute holds; None if it is at fault."""
-        text = element.attributes.get(name, "").strip()
-        report, where = self.report, self.where
+        given = text.element.attributes.get(name, "").strip()
         match attribute.holds:
             case "joint" | "link":
-                if kind.type is Potential and len(joints := text.split()) > 1:
-                    lost = [joint for joint in joints if joint not in self.joints]
-                    for joint in lost:
-                        report.add("M603", element, where, f"{joint!r} is no joint")
-                    return None if lost else tuple(joints)
-                end = name_of(element, report, name, where)
                 known = self.links if attribute.holds == "link" else self.joints
-                if end is not None and end not in known:
-                    report.add("M603", element, where, f"{end!r} is no {attribute.holds}")
+                ends: list[str | None] = [*given.split()] if kind.type is Potential else []
+                ends = ends if len(ends) > 1 else [text.name(name)]
+                lost = [end for end in ends if end is not None and end not in known]
+                for end in lost:
+                    text.fault("M603", f"{end!r} is no {attribute.holds}")
+                if lost:
                     return None
-                return end
+                return tuple(ends) if len(ends) > 1 else ends[0]
             case "vector":
-                return numbers(element, name, 3, report, where)
+                return text.numbers(name, 3)
             case "expression":
                 letters = _LETTERS.get(kind.type, "names of joints and t")
-                return read_expression(element, name, report, where, letters)
+                return read_expression(text, name, letters)
             case "word":
-                words = attribute.words or {text: text}
-                if text not in words:
+                words = attribute.words or {given: given}
+                if given not in words:
                     expected = f"expected {name} {' or '.join(words)}"
-                    report.add("M602", element, where, f"{expected}, got {text[:60]!r}")
+                    text.fault("M602", f"{expected}, got {given[:60]!r}")
                     return None
-                return words[text]
-            case "load" if text[:1].isalpha():
-                return text
-        return number(element, name, report, where)
+                return words[given]
+            case "load" if given[:1].isalpha():
+                return given
+        return text.number(name)
 
-    def read_inside(self, element: Element, kind: NativeTag) -> list[dict[str, Any]] | None:
+    def read_inside(self, text: Passage, kind: NativeTag) -> list[dict[str, Any]] | None:
         """Return the fields that the elements inside state; None if faults were reported."""
-        inside: list[Element] = list(element.children) if kind.children else []
-        tags = [child.tag for child in inside]
+        inside = [text.at(child) for child in text.element.children] if kind.children else []
+        tags = [child.element.tag for child in inside]
         fault = ""
         if kind.type is Loop:
-            frames = [single(element, tag, self.report, self.where) for tag in kind.children]
+            frames = [text.only(tag) for tag in kind.children]
             inside = [frame for frame in frames if frame is not None]
-            for tag in {*kind.children} - {frame.tag for frame in inside}:
-                self.report.add("M602", element, self.where, f"it has no <{tag}>")
-            kinds = [name for name in CLOSED if is_redundant(element) or name not in IN_DRAKE]
-            if (given := element.attributes.get("type", "")) not in kinds:
+            for tag in {*kind.children} - {frame.element.tag for frame in inside}:
+                text.fault("M602", f"it has no <{tag}>")
+            redundant = is_redundant(text.element)
+            kinds = [name for name in CLOSED if redundant or name not in IN_DRAKE]
+            if (given := text.element.attributes.get("type", "")) not in kinds:
                 fault = f"expected a type among {', '.join(kinds)}, got {given!r}"
         elif kind.type is Cord:
             wheels = [_PULLEY] * (len(tags) - 2)
@@ -539,14 +528,22 @@ class _Reader:
         elif {*tags} - {*kind.children}:
             fault = f"expected <{kind.children[0]}> only"
         if fault:
-            self.report.add("M602", element, self.where, fault)
+            text.fault("M602", fault)
             return None
-        read = [self.read(child, CHILDREN[child.tag]) for child in inside]
+        read = [self.read(child, CHILDREN[child.element.tag]) for child in inside]
         stated = [fields for fields in read if fields is not None]
-        if kind.type is Loop and self._meets_itself(element, [end["body"] for end in stated]):
+        if kind.type is Loop and _meets_itself(text, [end["body"] for end in stated]):
             return None
         complete = len(kind.children) if kind.type is Loop else len(inside)
         return stated if len(stated) == complete else None
+
+
+def _meets_itself(text: Passage, ends: Sequence[str]) -> bool:
+    """Report two ends on one link."""
+    same = len(ends) == 2 and ends[0] == ends[1]
+    if same:
+        text.fault("M603", f"both of its ends are on link {ends[0]!r}")
+    return same
 
 
 def is_redundant(element: Element) -> bool:

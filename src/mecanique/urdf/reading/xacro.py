@@ -221,7 +221,7 @@ def expand(
         from xacro import substitution_args
     except ImportError:
         remedy = "pip install 'mecanique[xacro]', or expand it: xacro FILE.xacro > FILE.urdf."
-        report.add("M006", 1, "", "it is a xacro file, and xacro is not installed", remedy)
+        report.add("M006", 1, "it is a xacro file, and xacro is not installed", remedy)
         return None
 
     lost: list[str] = []
@@ -282,14 +282,14 @@ def expand(
             said = f"{say_count(len(missing), 'argument')} without a value: {', '.join(missing)}"
             remedy = f"Give {' '.join(f'--arg {name}=VALUE' for name in missing)}."
         at = Element("", {}, (), "", line, 0, name)
-        report.add("M006", at, "", f"xacro does not expand it: {said}", remedy)
+        report.add("M006", at, f"xacro does not expand it: {said}", remedy)
         return None
     finally:
         substitution_args._eval_find, xacro.parse, xacro.grab_property = kept, plainly, grab
         xacro.eval_text = evaluated
     if places.macros and sum(1 for _ in _elements(document.documentElement)) == 1:
         said = f"it defines macros alone ({', '.join(places.macros)}) and calls none"
-        report.add("M006", 1, "", said, "Name a file that calls them.")
+        report.add("M006", 1, said, "Name a file that calls them.")
         return None
     values.refuse_unknown()
     return text, places
