@@ -165,6 +165,25 @@ class Evidence:
             tau = tau - recursion.forces(states) * inputs.loads[:, None]
         return tau
 
+    def change(self, trees: Sequence[Tree], rows: npt.NDArray[np.intp] | None = None) -> Array:
+        """Return what each changed tree answers in some experiments, shape (trees, n, nv)."""
+        rows = np.arange(len(self.inputs)) if rows is None else rows
+        lot = max(1, _MOST // len(rows))
+        if len(trees) > lot:
+            lots = range(0, len(trees), lot)
+            return np.concatenate([self.change(trees[k : k + lot], rows) for k in lots])
+        varied: list[dict[int, Array]] = []
+        originals = (self.recursion.origins, self.recursion.moments, self.recursion.turns)
+        for original, changes in zip(originals, zip(*trees, strict=True), strict=True):
+            varied.append({})
+            for k in set().union(*changes):
+                parts = [change.get(k, original[k]) for change in changes]
+                varied[-1][k] = np.repeat(parts, len(rows), axis=0)
+        origins, moments, turns = varied
+        recursion = self.recursion.vary(origins, moments, turns=turns)
+        answers = self.answers(recursion, self.inputs.at(np.tile(rows, len(trees))))
+        return answers.reshape(len(trees), len(rows), -1)
+
     @property
     def is_measured(self) -> bool:
         """Whether it consists of samples of inverse dynamics, which may be noisy."""
@@ -394,6 +413,8 @@ _MOST = 4000
 _CLOSER = 8
 """Guesses that get a closer look."""
 
+SMALL = 1e-6
+"""Step of the numbers by which slopes are taken."""
 
 _Guess = TypeVar("_Guess", bound=Cause)
 """What a change is called before it is known what it answers."""
@@ -421,21 +442,70 @@ def promising(
     answer: Callable[[list[_Guess], npt.NDArray[np.intp]], Array],
 ) -> Iterator[Hypothesis]:
     """Yield the guesses that explain a few experiments best; answer gives (guesses, n, nv)."""
-
-    def answers(some: list[_Guess], rows: npt.NDArray[np.intp]) -> Array:
-        lot = max(1, _MOST // len(rows))
-        return np.concatenate([answer(some[k : k + lot], rows) for k in range(0, len(some), lot)])
-
     kept = list(guesses)
     if len(kept) > _CLOSER:
-        coarse = evidence.residual(answers(kept, evidence.few), evidence.few)
+        coarse = evidence.residual(answer(kept, evidence.few), evidence.few)
         kept = [kept[k] for k in np.argsort(coarse, kind="stable")[:_CLOSER]]
     if not kept:
         return
-    whole = answers(kept, np.arange(len(evidence.inputs)))
+    whole = answer(kept, np.arange(len(evidence.inputs)))
     for guess, predicted in zip(kept, whole, strict=True):
         tree = getattr(guess, "tree", Tree())
         yield Hypothesis(guess.kind, guess.where, guess.text, predicted, tree=tree)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Family:
+    """Ways to change a link or a joint that differ in a few numbers."""
+
+    kind: str
+    where: str
+    change: Callable[[Array], Tree]  # what these numbers change
+    say: Callable[[Array, Array], str]  # what they mean, in words, with their standard deviations
+    amount: Callable[[Array], Amount]  # how plain they are
+    starts: tuple[Array, ...]  # where to begin, each shape (numbers,)
+
+    @property
+    def units(self) -> list[Array]:
+        """A small step of each number."""
+        return list(SMALL * np.eye(len(self.starts[0])))
+
+
+def fit_families(
+    evidence: Evidence,
+    families: Sequence[Family],
+    residuals: Callable[[list[Tree]], Array],
+    answers: Callable[[list[Tree]], Array],
+    most: int | None = None,
+) -> Iterator[Hypothesis]:
+    """Yield the changes with the numbers that fit best, if they explain anything.
+
+    Residuals have shape (trees, N), answers (trees, n, nv).
+    """
+    problems = [(family, start) for family in families for start in family.starts]
+    unknowns, costs = descend(
+        lambda trials: residuals([problems[k][0].change(x) for k, x in trials]),
+        [start for _, start in problems],
+        most,
+    )
+    for family in families:
+        tried = [k for k, (other, _) in enumerate(problems) if other is family]
+        best = min(tried, key=lambda k: float(costs[k]))
+        if not costs[best] < evidence.before:
+            continue
+        x = unknowns[best]
+        trees = [family.change(x), *(family.change(x + step) for step in family.units)]
+        predicted, *near = answers(trees)
+        slopes = (np.array(near) - predicted) / SMALL
+        sigma = np.zeros(len(x))
+        if evidence.is_measured:
+            left = float(evidence.residual(predicted))
+            sigma = deviations(evidence.weigh(slopes), left, evidence.tau.size)
+        text, amount = family.say(x, sigma), family.amount(x)
+        yield Hypothesis(
+            family.kind, family.where, text, predicted, len(x), amount, trees[0], slopes
+        )
 
 
 def fit(evidence: Evidence, columns: Array) -> tuple[Array, Array]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, permutations
-from typing import final
+from types import MappingProxyType
+from typing import NamedTuple, final
 
 import numpy as np
 import numpy.typing as npt
@@ -19,17 +20,18 @@ from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import symbols_in
 from mecanique.model.force_base import loads_in
 from mecanique.model.joint_base import Single
-from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import rpy_rotation
 from mecanique.model.slips import Slip, say_factor
 from mecanique.verification.causes.evidence import (
+    SMALL,
     Amount,
     Evidence,
+    Family,
     Hypothesis,
+    Inputs,
     Tree,
-    descend,
     deviations,
     fit,
+    fit_families,
     give,
     give_all,
     promising,
@@ -38,24 +40,34 @@ from mecanique.verification.causes.evidence import (
 )
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class _Reading:
-    """Another reading of the coordinates: q[i] ← factor q[from]; velocities and forces alike."""
+class _Scale(NamedTuple):
+    """What coordinates, velocities and accelerations, and forces are multiplied by."""
+
+    q: float = 1.0
+    v: float = 1.0
+    tau: float = 1.0
+
+
+class _Reading(NamedTuple):
+    """Another reading of the coordinates that have a velocity of their own, by name."""
 
     kind: str
-    where: str  # coordinate, or empty
+    where: str  # coordinate or joint, or empty
     text: str  # what the other source does
-    q: npt.NDArray[np.intp]  # which of our coordinates each one is given, shape (nq,)
-    v: npt.NDArray[np.intp]  # the same of velocities, shape (nv,)
-    q_factor: Array  # what coordinates are multiplied by, shape (nq,)
-    v_factor: Array  # what velocities and accelerations are multiplied by, shape (nv,)
-    tau_factor: Array  # what forces are multiplied by, shape (nv,)
+    scale: Mapping[str, _Scale] = MappingProxyType({})
+    taken: Mapping[str, str] = MappingProxyType({})  # which of our coordinates each one is given
 
 
 def state_changes(evidence: Evidence) -> Iterator[Hypothesis]:
     """Axes of the other sign, degrees for radians, joints in another order."""
-    yield from promising(evidence, _readings(evidence), partial(_answers, evidence))
+    velocities = {name: k for k, name in enumerate(evidence.mechanism.velocities)}
+    places = {
+        name: (k, velocities[f"{name}'"])
+        for k, name in enumerate(evidence.mechanism.coordinates)
+        if f"{name}'" in velocities
+    }
+    readings = _readings(evidence, list(places))
+    yield from promising(evidence, readings, partial(_answers, evidence, places))
 
 
 def map_changes(evidence: Evidence) -> Iterator[Hypothesis]:
@@ -112,82 +124,29 @@ def _reverse(name: str) -> str:
     return f"axis of joint {name!r}: reversed"
 
 
-def _readings(evidence: Evidence) -> Iterator[_Reading]:
-    singles = _Singles(evidence.mechanism)
-    yield from singles.change_signs(_names_in_map(evidence))
-    yield from singles.change_units()
-    yield from singles.change_orders()
-
-
-@final
-class _Singles:
-    """The coordinates that have a velocity of their own, and other ways to read them."""
-
-    def __init__(self, mechanism: Mechanism) -> None:
-        velocities = {name: k for k, name in enumerate(mechanism.velocities)}
-        self._places = {
-            name: (k, velocities[f"{name}'"])
-            for k, name in enumerate(mechanism.coordinates)
-            if f"{name}'" in velocities
-        }
-        of_joint = {j.coordinate: j for j in mechanism.joints if isinstance(j, Single)}
-        self._joints = {name: of_joint[name] for name in self._places if name in of_joint}
-        nq, nv = mechanism.nq, mechanism.nv
-        self._same = _Reading(
-            kind="",
-            where="",
-            text="",
-            q=np.arange(nq),
-            v=np.arange(nv),
-            q_factor=np.ones(nq),
-            v_factor=np.ones(nv),
-            tau_factor=np.ones(nv),
-        )
-
-    def change_signs(self, mapped: set[str]) -> Iterator[_Reading]:
-        """Yield axes of the other sign; not of those in the coordinate map alone."""
-        for name, joint in self._joints.items():
-            if name not in mapped:
-                where = f"joint {joint.name!r}"
-                factors = self._scale([name], -1, -1, -1)
-                yield replace(factors, kind="axis sign", where=where, text=_reverse(joint.name))
-        if len(self._joints) > 1:
-            text = "axis of every joint: reversed"
-            yield replace(self._scale(list(self._joints), -1, -1, -1), kind="axis sign", text=text)
-
-    def change_units(self) -> Iterator[_Reading]:
-        """Yield degrees for radians and the reverse, of each angle and of all."""
-        angles = [name for name, joint in self._joints.items() if joint.turns]
-        groups = [([name], f"coordinate {name!r}") for name in angles]
-        groups += [(angles, "")] if len(angles) > 1 else []
-        for names, where in groups:
-            for q, kind, said in slips.ANGLE:
-                text = f"{where or 'every angle'}: {said}"
-                alone, moving = self._scale(names, q, 1, 1), self._scale(names, q, q, 1)
-                yield replace(alone, kind=kind, where=where, text=text)
-                text += ", its rates as well"
-                yield replace(moving, kind=kind, where=where, text=text)
-
-    def change_orders(self) -> Iterator[_Reading]:
-        """Yield other orders of the coordinates."""
-        for text, order in _orders(list(self._places)):
-            q, v = self._same.q.copy(), self._same.v.copy()
-            for (at_q, at_v), name in zip(self._places.values(), order, strict=True):
-                q[at_q], v[at_v] = self._places[name]
-            yield replace(self._same, kind="joint order", text=text, q=q, v=v)
-
-    def _scale(self, names: list[str], q: float, v: float, tau: float) -> _Reading:
-        """Multiply some coordinates, their rates and their forces."""
-        reading = replace(
-            self._same,
-            q_factor=self._same.q_factor.copy(),
-            v_factor=self._same.v_factor.copy(),
-            tau_factor=self._same.tau_factor.copy(),
-        )
-        for name in names:
-            at_q, at_v = self._places[name]
-            reading.q_factor[at_q], reading.v_factor[at_v], reading.tau_factor[at_v] = q, v, tau
-        return reading
+def _readings(evidence: Evidence, names: list[str]) -> Iterator[_Reading]:
+    singles = {j.coordinate: j for j in evidence.mechanism.joints if isinstance(j, Single)}
+    joints = {name: singles[name] for name in names if name in singles}
+    mapped, reversed_axis = _names_in_map(evidence), _Scale(-1, -1, -1)
+    for name, joint in joints.items():
+        # an axis in the coordinate map is another mistake
+        if name not in mapped:
+            where, text = f"joint {joint.name!r}", _reverse(joint.name)
+            yield _Reading("axis sign", where, text, {name: reversed_axis})
+    if len(joints) > 1:
+        text = "axis of every joint: reversed"
+        yield _Reading("axis sign", "", text, dict.fromkeys(joints, reversed_axis))
+    angles = [name for name, joint in joints.items() if joint.turns]
+    groups = [([name], f"coordinate {name!r}") for name in angles]
+    groups += [(angles, "")] if len(angles) > 1 else []
+    for group, where in groups:
+        for q, kind, said in slips.ANGLE:
+            text = f"{where or 'every angle'}: {said}"
+            yield _Reading(kind, where, text, dict.fromkeys(group, _Scale(q)))
+            text += ", its rates as well"
+            yield _Reading(kind, where, text, dict.fromkeys(group, _Scale(q, q)))
+    for text, order in _orders(names):
+        yield _Reading("joint order", "", text, taken=dict(zip(names, order, strict=True)))
 
 
 def _orders(names: list[str]) -> Iterator[tuple[str, list[str]]]:
@@ -210,22 +169,31 @@ def _orders(names: list[str]) -> Iterator[tuple[str, list[str]]]:
                 yield text, candidate
 
 
-def _answers(evidence: Evidence, readings: list[_Reading], rows: npt.NDArray[np.intp]) -> Array:
+def _answers(
+    evidence: Evidence,
+    places: Mapping[str, tuple[int, int]],
+    readings: list[_Reading],
+    rows: npt.NDArray[np.intp],
+) -> Array:
     """What each reading answers in some experiments, shape (readings, n, nv)."""
-    inputs = evidence.inputs.at(rows)
-    many = inputs.at(np.tile(np.arange(len(inputs)), len(readings)))
-    moved = replace(
-        many,
-        q=np.concatenate([inputs.q[:, reading.q] * reading.q_factor for reading in readings]),
-        v=np.concatenate([inputs.v[:, reading.v] * reading.v_factor for reading in readings]),
-        a=np.concatenate([inputs.a[:, reading.v] * reading.v_factor for reading in readings]),
-    )
-    answers = evidence.answers(evidence.recursion, moved).reshape(len(readings), len(inputs), -1)
-    out = np.empty_like(answers)
-    for k, reading in enumerate(readings):
-        out[k][:, reading.v] = answers[k]
-        out[k] *= reading.tau_factor
-    return out
+    inputs, nv = evidence.inputs.at(rows), evidence.mechanism.nv
+    moved, factors = list[Inputs](), list[Array]()
+    order = np.tile(np.arange(nv), (len(readings), 1))
+    for reading, forces in zip(readings, order, strict=True):
+        q, v, a, factor = inputs.q.copy(), inputs.v.copy(), inputs.a.copy(), np.ones(nv)
+        for name, (at_q, at_v) in places.items():
+            from_q, from_v = places[reading.taken.get(name, name)]
+            scale = reading.scale.get(name, _Scale())
+            q[:, at_q] = scale.q * inputs.q[:, from_q]
+            v[:, at_v] = scale.v * inputs.v[:, from_v]
+            a[:, at_v] = scale.v * inputs.a[:, from_v]
+            forces[at_v], factor[at_v] = from_v, scale.tau
+        moved.append(replace(inputs, q=q, v=v, a=a))
+        factors.append(factor)
+    answers = evidence.answers(evidence.recursion, Inputs.join(moved))
+    back = np.argsort(order, axis=1)[:, None]
+    whole = np.take_along_axis(answers.reshape(len(readings), len(inputs), nv), back, axis=2)
+    return whole * np.array(factors)[:, None]
 
 
 _CLOSER = 3
@@ -234,265 +202,185 @@ _CLOSER = 3
 _MOST = 12
 """Ways to change a joint that are followed to the end."""
 
-_SMALL = 1e-5
-_PART = 64
-"""Joints evaluated at once."""
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class _Family:
-    """Ways to place a joint that differ in a few numbers."""
-
-    name: str  # of the way, alike for all joints
-    numbers: int  # how many
-    make: Callable[[Array], Frames]  # the frames of some numbers, with their text
-    amount: Callable[[Array], Amount]  # how plain they are
-
 
 def placement_changes(evidence: Evidence) -> Iterator[Hypothesis]:
     """Joints moved, turned and with tilted axes by amounts that fit."""
-    rows = np.arange(len(evidence.inputs))
-    weighted = evidence.weigh(evidence.base - evidence.tau)
 
-    def residuals(trials: list[Frames]) -> Array:
-        parts = [
-            answers_of(evidence, trials[k : k + _PART], rows) for k in range(0, len(trials), _PART)
-        ]
-        flat = evidence.weigh(np.concatenate(parts) - evidence.tau)
+    def residuals(trees: list[Tree]) -> Array:
+        flat = evidence.weigh(evidence.change(trees) - evidence.tau)
         return np.nan_to_num(flat, nan=1e9, posinf=1e9, neginf=-1e9)
 
-    families = [
-        family for k in range(len(evidence.recursion.tree)) for family in _families(evidence, k)
-    ]
-    if not families:
-        return
-    kept = _choose(evidence, families, residuals, weighted)
-    if not kept:  # no placement changes anything, e.g. because nothing but noise is left
-        return
-    unknowns, costs = descend(
-        lambda trials: residuals([kept[k].make(x) for k, x in trials]),
-        [np.zeros(family.numbers) for family in kept],
-        _MOST,
-    )
-    fitted = [family.make(x) for family, x in zip(kept, unknowns, strict=True)]
-    good = [k for k in range(len(kept)) if costs[k] < evidence.before]
-    for k in good:
-        family, x, frames = kept[k], unknowns[k], fitted[k]
-        near = [family.make(x + _SMALL * unit) for unit in np.eye(family.numbers)]
-        answers, *others = answers_of(evidence, [frames, *near], rows)
-        yield Hypothesis(
-            kind=frames.kind,
-            where=frames.where,
-            text=frames.text,
-            answers=answers,
-            free=family.numbers,
-            amount=family.amount(x),
-            tree=frames.tree,
-            slopes=(np.array(others) - answers) / _SMALL,
-        )
+    joints = [k for k, link in enumerate(evidence.recursion.tree) if link.kind != "free"]
+    by_joint = [dict(_families(evidence, k)) for k in joints]
+    if by_joint:
+        kept = _choose(by_joint, residuals, evidence.weigh(evidence.base - evidence.tau))
+        # no placement changes anything where nothing but noise is left, say
+        if kept:
+            yield from fit_families(evidence, kept, residuals, evidence.change, _MOST)
 
 
 def _choose(
-    evidence: Evidence,
-    families: list[_Family],
-    residuals: Callable[[list[Frames]], Array],
-    off: Array,
-) -> list[_Family]:
+    by_joint: list[dict[str, Family]], residuals: Callable[[list[Tree]], Array], off: Array
+) -> list[Family]:
     """The joints, of each way, whose small changes explain most."""
-    units = [family.make(_SMALL * unit) for family in families for unit in np.eye(family.numbers)]
-    slopes = iter(_slopes(evidence, units, residuals, off))
-    gains = []
+    families = [family for ways in by_joint for family in ways.values()]
+    trees = [family.change(step) for family in families for step in family.units]
+    slopes = iter((residuals(trees) - off) / SMALL)
+    gains: dict[Family, float] = {}
     for family in families:
-        columns = np.array([next(slopes) for _ in range(family.numbers)])
+        columns = np.array([next(slopes) for _ in family.units])
         used = columns[np.linalg.norm(columns, axis=1) > 1e-9]
-        left = off
         if len(used):
             left = off - used.T @ np.linalg.lstsq(used.T, off, rcond=1e-9)[0]
-        gains.append(float(np.linalg.norm(left)) if len(used) else np.inf)
-    kept = []
-    for name in dict.fromkeys(family.name for family in families):
-        places = [k for k, family in enumerate(families) if family.name == name]
-        places = [k for k in places if gains[k] < np.inf]
-        kept += sorted(places, key=lambda k: gains[k])[:_CLOSER]
-    return [families[k] for k in sorted(kept)]
+            gains[family] = float(np.linalg.norm(left))
+    kept = set[Family]()
+    for name in dict.fromkeys(name for ways in by_joint for name in ways):
+        alike = [ways[name] for ways in by_joint if name in ways and ways[name] in gains]
+        kept.update(sorted(alike, key=lambda family: gains[family])[:_CLOSER])
+    return [family for family in families if family in kept]
 
 
-def _slopes(
-    evidence: Evidence, units: list[Frames], residuals: Callable[[list[Frames]], Array], off: Array
-) -> Array:
-    """Derivatives of the residuals by small changes, shape (changes, N)."""
-    # a change of one frame is the sum of its shifts and turns, which are evaluated once
-    origins = evidence.recursion.origins
-    trials: list[Frames] = []
-    places: dict[int, int] = {}
-    for unit in units:
-        if not unit.tree.turns:
-            (k,) = unit.tree.origins
-            if k not in places:
-                places[k] = len(trials)
-                trials += [
-                    _both(k, origins[k], "", _SMALL * both[:3], _SMALL * both[3:])
-                    for both in np.eye(6)
-                ]
-    tilts = [unit for unit in units if unit.tree.turns]
-    slopes = (residuals(trials + tilts) - off) / _SMALL
-    of_tilts = iter(slopes[len(trials) :])
-    rows = []
-    for unit in units:
-        if unit.tree.turns:
-            rows.append(next(of_tilts))
-            continue
-        ((k, changed),) = unit.tree.origins.items()
-        shift = (changed - origins[k])[:3, 3]
-        spin = origins[k][:3, :3].T @ changed[:3, :3]
-        turn = np.array([spin[2, 1], spin[0, 2], spin[1, 0]])
-        at = places[k]
-        rows.append(np.concatenate([shift, turn]) @ slopes[at : at + 6] / _SMALL)
-    return np.array(rows)
+def _families(evidence: Evidence, k: int) -> Iterator[tuple[str, Family]]:
+    """Yield the ways to place a joint otherwise, each with a name that is alike for all joints."""
+    link, X = evidence.recursion.tree[k], evidence.recursion.origins[k]
+    where, size, p = f"joint {link.joint!r}", _size(evidence), X[:3, 3]
+    far, still = float(np.linalg.norm(p)), np.zeros((3, 3))
 
+    def move(
+        steps: Array,
+        turns: Array,
+        say: Callable[[Array], str],
+        amount: Callable[[Array], Amount],
+        kind: str = "joint origin",
+    ) -> Family:
+        """Return the way to move by x · steps and to turn by x · turns, shape (numbers, 3)."""
 
-def _families(evidence: Evidence, k: int) -> Iterator[_Family]:
-    if evidence.recursion.tree[k].kind != "free":
-        joint = _Joint(evidence, k)
-        yield from joint.move()
-        yield from joint.turn()
-        yield from joint.tilt()
-        yield joint.place_anew()
+        def change(x: Array) -> Tree:
+            frame = _move(X, p + x @ steps)
+            return Tree({k: _face(frame, X[:3, :3] @ turn_about(x @ turns))})
 
+        start = np.zeros(len(steps))
+        return Family(kind, where, change, lambda x, _: say(x), amount, (start,))
 
-@final
-class _Joint:
-    """A joint where it stands, and the ways to place it otherwise."""
-
-    def __init__(self, evidence: Evidence, k: int) -> None:
-        self._evidence, self._k = evidence, k
-        self._link = evidence.recursion.tree[k]
-        self._where = f"joint {self._link.joint!r}"
-        self._size = _size(evidence)
-        self._X = evidence.recursion.origins[k]
-        self._p, self._R = self._X[:3, 3], self._X[:3, :3]
-        self._far = float(np.linalg.norm(self._p))
-        self._rpy = np.array(evidence.mechanism.evaluate_all(self._link.origin.rpy))
-
-    def move(self) -> Iterator[_Family]:
-        """Yield the ways to move its origin."""
-        p, size = self._p, self._size
-        for axis, name in zip(np.eye(3), "xyz", strict=True):
-            yield self._shift_along(axis, name)
-        if np.count_nonzero(p) > 1:
-            yield _Family(
-                "longer",
-                1,
-                lambda x: self._place_at(
-                    p * (1 + x[0]), f"position of {self._where} times {1 + x[0]:.6g}"
-                ),
-                lambda x: Amount.of(1 + x[0], 1.0, ways=3),
-            )
-        yield _Family(
-            "shift",
-            3,
-            lambda x: self._place_at(
-                p + size * x, f"origin of {self._where} moved by ({give_all(size * x)}) m"
-            ),
-            lambda x: Amount.of_all(size * x, self._far),
-        )
-
-    def turn(self) -> Iterator[_Family]:
-        """Yield the ways to turn it."""
-        for at, name in enumerate(("roll", "pitch", "yaw")):
-            yield self._change_angle(at, name)
-        yield from map(self._spin_about, range(3))
-        yield _Family(
-            "turn",
-            3,
-            lambda x: self._face(self._R @ turn_about(x), f"{self._where} turned by {say_turn(x)}"),
-            lambda x: Amount.of_all(np.degrees(x), 180.0),
-        )
-
-    def tilt(self) -> Iterator[_Family]:
-        """Yield the way to tilt its axis, if it has one."""
-        if self._link.kind not in ("turn", "slide"):
-            return
-        right_axis = np.array(self._link.axis)
-        aside = np.linalg.svd(right_axis[None])[2][1:]
-
-        def make(x: Array) -> Frames:
-            axis = turn_about(x @ aside) @ right_axis
-            text = f"axis of {self._where} along ({give_all(axis)})"
-            return with_axis(self._evidence, self._k, axis, text)
-
-        yield _Family("tilt", 2, make, lambda x: Amount.of_all(np.degrees(x), 180.0))
-
-    def place_anew(self) -> _Family:
-        """Return the way to move and turn it at once."""
-        size = self._size
-        return _Family(
-            "place",
-            6,
-            lambda x: _both(self._k, self._X, self._where, size * x[:3], x[3:]),
-            lambda x: Amount.of_all(size * x[:3], self._far),
-        )
-
-    def _shift_along(self, axis: Array, name: str) -> _Family:
-        size, before = self._size, float(self._p @ axis)
-        return _Family(
+    for axis, name in zip(np.eye(3), "xyz", strict=True):
+        yield (
             f"shift {name}",
-            1,
-            lambda x: self._place_at(
-                self._p + size * x[0] * axis,
-                f"origin of {self._where} moved by {size * x[0]:.6g} m along {name}",
+            move(
+                size * axis[None],
+                still[:1],
+                partial(_say_shift, where, size, name),
+                partial(_weigh_number, float(p @ axis), size, far),
             ),
-            lambda x: Amount.of(before + size * x[0], before, self._far, ways=3),
         )
-
-    def _change_angle(self, at: int, name: str) -> _Family:
-        before = self._rpy[at]
-
-        def make(x: Array) -> Frames:
-            roll, pitch, yaw = angles = self._rpy + x[0] * np.eye(3)[at]
-            said = f"{angles[at]:.6g} rad instead of {before:.6g} rad"
-            R = np.array(rpy_rotation((roll, pitch, yaw)), dtype=float)
-            return self._face(R, f"{name} of {self._where}: {said}")
-
-        def amount(x: Array) -> Amount:
-            radians, degrees = (
-                Amount.of(unit * (before + x[0]), unit * before, unit * np.pi, ways=3)
-                for unit in (1.0, np.degrees(1.0))
-            )
-            return min(radians, degrees)
-
-        return _Family(name, 1, make, amount)
-
-    def _spin_about(self, at: int) -> _Family:
-        name = "xyz"[at]
-        return _Family(
+    if np.count_nonzero(p) > 1:
+        yield (
+            "longer",
+            move(
+                p[None],
+                still[:1],
+                lambda x: f"position of {where} times {1 + x[0]:.6g}",
+                lambda x: Amount.of(1 + x[0], 1.0, ways=3),
+            ),
+        )
+    yield (
+        "shift",
+        move(
+            size * np.eye(3),
+            still,
+            lambda x: f"origin of {where} moved by ({give_all(size * x)}) m",
+            lambda x: Amount.of_all(size * x, far),
+        ),
+    )
+    rpy = np.array(evidence.mechanism.evaluate_all(link.origin.rpy))
+    for at, name in enumerate(("roll", "pitch", "yaw")):
+        yield name, _change_angle(k, X, where, rpy, (at, name))
+    for axis, name in zip(np.eye(3), "xyz", strict=True):
+        yield (
             f"turn {name}",
-            1,
-            lambda x: self._face(
-                self._R @ turn_about(x[0] * np.eye(3)[at]),
-                f"{self._where} turned by {np.degrees(x[0]):.6g}° about its {name}",
+            move(
+                still[:1],
+                axis[None],
+                partial(_say_spin, where, name),
+                lambda x: Amount.of(np.degrees(x[0]), beside=180.0, ways=3),
+                "joint turn",
             ),
-            lambda x: Amount.of(np.degrees(x[0]), beside=180.0, ways=3),
         )
+    yield (
+        "turn",
+        move(
+            still,
+            np.eye(3),
+            lambda x: f"{where} turned by {say_turn(x)}",
+            lambda x: Amount.of_all(np.degrees(x), 180.0),
+            "joint turn",
+        ),
+    )
+    if link.kind in ("turn", "slide"):
+        yield "tilt", _tilt(k, where, np.array(link.axis))
+    steps, turns = np.split(np.diag([size] * 3 + [1.0] * 3), 2, axis=1)
+    yield (
+        "place",
+        move(
+            steps,
+            turns,
+            lambda x: (
+                f"origin of {where} moved by ({give_all(size * x[:3])}) m and turned by "
+                f"{say_turn(x[3:])}"
+            ),
+            lambda x: Amount.of_all(size * x[:3], far),
+        ),
+    )
 
-    def _place_at(self, p: Array, text: str) -> Frames:
-        moved = self._X.copy()
-        moved[:3, 3] = p
-        return Frames("joint origin", self._where, text, Tree({self._k: moved}))
 
-    def _face(self, R: Array, text: str) -> Frames:
-        frame = self._X.copy()
-        frame[:3, :3] = R
-        return Frames("joint turn", self._where, text, Tree({self._k: frame}))
+def _say_shift(where: str, size: float, name: str, x: Array) -> str:
+    return f"origin of {where} moved by {size * x[0]:.6g} m along {name}"
 
 
-def _both(k: int, X: Array, where: str, shift: Array, turn: Array) -> Frames:
-    moved = X.copy()
-    moved[:3, 3] += shift
-    moved[:3, :3] = X[:3, :3] @ turn_about(turn)
-    text = f"origin of {where} moved by ({give_all(shift)}) m and turned by {say_turn(turn)}"
-    return Frames("joint origin", where, text, Tree({k: moved}))
+def _weigh_number(before: float, size: float, far: float, x: Array) -> Amount:
+    return Amount.of(before + size * x[0], before, far, ways=3)
+
+
+def _say_spin(where: str, name: str, x: Array) -> str:
+    return f"{where} turned by {np.degrees(x[0]):.6g}° about its {name}"
+
+
+def _change_angle(k: int, X: Array, where: str, rpy: Array, which: tuple[int, str]) -> Family:
+    """Return the way to change roll, pitch or yaw."""
+    at, name = which
+    before = rpy[at]
+
+    def change(x: Array) -> Tree:
+        return Tree({k: _face(X, slips.turn_of(rpy + x[0] * np.eye(3)[at]))})
+
+    def say(x: Array, _: Array) -> str:
+        return f"{name} of {where}: {before + x[0]:.6g} rad instead of {before:.6g} rad"
+
+    def amount(x: Array) -> Amount:
+        radians, degrees = (
+            Amount.of(unit * (before + x[0]), unit * before, unit * np.pi, ways=3)
+            for unit in (1.0, np.degrees(1.0))
+        )
+        return min(radians, degrees)
+
+    return Family("joint turn", where, change, say, amount, (np.zeros(1),))
+
+
+def _tilt(k: int, where: str, right_axis: Array) -> Family:
+    """Return the way to tilt a joint's axis."""
+    aside = np.linalg.svd(right_axis[None])[2][1:]
+
+    def tilt(x: Array) -> Array:
+        axis: Array = turn_about(x @ aside) @ right_axis
+        return axis
+
+    return Family(
+        "joint axis",
+        where,
+        lambda x: _lead(k, right_axis, tilt(x)),
+        lambda x, _: f"axis of {where} along ({give_all(tilt(x))})",
+        lambda x: Amount.of_all(np.degrees(x), 180.0),
+        (np.zeros(2),),
+    )
 
 
 def _size(evidence: Evidence) -> float:
@@ -504,7 +392,7 @@ def _size(evidence: Evidence) -> float:
 @final
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """A mechanism with another tree."""
+    """A guess: a mechanism with another tree."""
 
     kind: str
     where: str
@@ -514,7 +402,11 @@ class Frames:
 
 def frame_changes(evidence: Evidence) -> Iterator[Hypothesis]:
     """Joint frames misread, of one joint and of all."""
-    yield from promising(evidence, _variants(evidence), partial(answers_of, evidence))
+    yield from promising(
+        evidence,
+        _variants(evidence),
+        lambda some, rows: evidence.change([variant.tree for variant in some], rows),
+    )
 
 
 def _variants(evidence: Evidence) -> Iterator[Frames]:
@@ -562,29 +454,23 @@ def _axes(evidence: Evidence, k: int) -> Iterator[Frames]:
     link = evidence.recursion.tree[k]
     if link.kind not in ("turn", "slide"):
         return
-    right_axis = np.array(link.axis)
+    right_axis, where = np.array(link.axis), f"joint {link.joint!r}"
     others = [sign * axis for axis in np.eye(3) for sign in (1, -1)]
     others += [right_axis[list(order)] for order in permutations(range(3))]
     others += [right_axis * (1 - 2 * axis) for axis in np.eye(3)]
-    seen = [right_axis]
-    yield with_axis(evidence, k, -right_axis, f"axis of joint {link.joint!r}: reversed")
-    for axis in (axis for axis in others if not np.allclose(axis, -right_axis, rtol=0, atol=1e-9)):
+    yield Frames("axis sign", where, _reverse(link.joint), _lead(k, right_axis, -right_axis))
+    seen = [right_axis, -right_axis]
+    for axis in others:
         if not any(np.allclose(axis, known, rtol=0, atol=1e-9) for known in seen):
             seen.append(axis)
-            where = f"joint {link.joint!r}"
-            said = f"axis of {where} along ({', '.join(f'{x:.6g}' for x in axis)})"
-            yield with_axis(evidence, k, axis, said)
+            said = f"axis of {where} along ({give_all(axis)})"
+            yield Frames("joint axis", where, said, _lead(k, right_axis, axis))
 
 
-def with_axis(evidence: Evidence, k: int, axis: Array, text: str) -> Frames:
+def _lead(k: int, right_axis: Array, axis: Array) -> Tree:
     """Return a joint that moves along another axis of its frame; all frames stay at zero."""
-    recursion = evidence.recursion
-    Q = np.eye(4)
-    Q[:3, :3] = _from_to(np.array(recursion.tree[k].axis), axis)
-    where = f"joint {recursion.tree[k].joint!r}"
-    opposite = np.allclose(axis, -np.array(recursion.tree[k].axis), rtol=0, atol=1e-8)
-    kind = "axis sign" if opposite else "joint axis"
-    return Frames(kind, where, text, Tree(turns={k: Q}))
+    Q = _face(np.eye(4), _from_to(right_axis, axis))
+    return Tree(turns={k: Q})
 
 
 def _from_to(a: Array, b: Array) -> Array:
@@ -619,21 +505,6 @@ def _shift(J: Array, factor: float) -> Array:
     if J[3, 3]:
         shifted[:3, :3] += (factor**2 - 1) * np.outer(J[:3, 3], J[:3, 3]) / J[3, 3]
     return shifted
-
-
-def answers_of(evidence: Evidence, variants: list[Frames], rows: npt.NDArray[np.intp]) -> Array:
-    """Return what each variant answers in some experiments, shape (variants, n, nv)."""
-    n, recursion = len(rows), evidence.recursion
-    inputs = evidence.inputs.at(np.tile(rows, len(variants)))
-    changed: dict[str, dict[int, Array]] = {}
-    for name in ("origins", "moments", "turns"):
-        originals, repeated = getattr(recursion, name), changed.setdefault(name, {})
-        changes = [getattr(variant.tree, name) for variant in variants]
-        for k in set().union(*changes):
-            repeated[k] = np.repeat([change.get(k, originals[k]) for change in changes], n, axis=0)
-    varied = recursion.vary(changed["origins"], changed["moments"], turns=changed["turns"])
-    answers = evidence.answers(varied, inputs)
-    return answers.reshape(len(variants), n, -1)
 
 
 _UNITS = {
@@ -712,26 +583,23 @@ def gravity_changes(evidence: Evidence) -> Iterator[Hypothesis]:
         return predicted
 
     size = float(np.linalg.norm(pull))
-    if size:
-        yield Hypothesis("gravity sign", "", "gravity pulls the other way", answers(-pull))
-        yield Hypothesis("gravity direction", "", "gravity is left out", answers(np.zeros(3)))
+    known = [
+        ("gravity sign", "gravity pulls the other way", -pull),
+        ("gravity direction", "gravity is left out", np.zeros(3)),
+    ]
     for axis, name in zip(np.eye(3), "xyz", strict=True):
-        for sign, mark in ((1, "+"), (-1, "−")):
-            g = sign * size * axis
-            if size and not np.allclose(np.abs(g), np.abs(pull), rtol=0, atol=1e-9 * size):
-                yield Hypothesis(
-                    "gravity direction", "", f"gravity pulls along {mark}{name}", answers(g)
-                )
+        if not np.allclose(size * axis, np.abs(pull), rtol=0, atol=1e-9 * size):
+            known.append(("gravity direction", f"gravity pulls along +{name}", size * axis))
+            known.append(("gravity direction", f"gravity pulls along −{name}", -size * axis))
+    for kind, text, g in known if size else ():
+        yield Hypothesis(kind, "", text, answers(g))
     amounts, predicted = fit(evidence, pulls)
-    fitted = np.where(
-        np.abs(pull + amounts) > 1e-9 * np.linalg.norm(pull + amounts), pull + amounts, 0.0
-    )
-    plain = [np.zeros(3), -pull, *(sign * size * axis for axis in np.eye(3) for sign in (1, -1))]
-    if size and any(np.allclose(fitted, known, rtol=0, atol=1e-9 * size) for known in plain):
-        # it is one of those above
+    fitted = pull + amounts
+    fitted = np.where(np.abs(fitted) > 1e-9 * np.linalg.norm(fitted), fitted, 0.0)
+    if size and any(np.allclose(fitted, g, rtol=0, atol=1e-9 * size) for _, _, g in known):
         return
-    listed = ", ".join(f"{g:.6g}" for g in fitted)
-    yield Hypothesis("gravity direction", "", f"gravity is ({listed}) m/s²", predicted, 3)
+    text = f"gravity is ({give_all(fitted)}) m/s²"
+    yield Hypothesis("gravity direction", "", text, predicted, 3)
 
 
 def _text(kind: str, where: str, amount: float, present: float, unit: str, sigma: float) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import permutations
 from typing import final
@@ -17,10 +17,10 @@ from mecanique.model.states import States
 from mecanique.verification.causes.evidence import (
     Amount,
     Evidence,
+    Family,
     Hypothesis,
     Tree,
-    descend,
-    deviations,
+    fit_families,
     give,
     give_all,
     say_turn,
@@ -40,7 +40,6 @@ _UPPER = np.triu_indices(4)
 _POINT = np.diag([0.0, 0.0, 0.0, 1.0])
 """Mass moments of a unit mass at the origin."""
 
-_SMALL = 1e-6
 _HEAVIEST = 100
 """Masses that many times too large are no likely mistake, except those of units."""
 
@@ -49,19 +48,6 @@ _CLOSER = 8
 
 _TURNS = 6
 """Random turns to begin with besides none."""
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class _Family:
-    """Ways to change a link that differ in a few numbers."""
-
-    kind: str
-    # mass, center and inertia about it of some numbers
-    make: Callable[[Array], tuple[float, Array, Array]]
-    say: Callable[[Array, Array], str]  # what they mean, in words, with their standard deviations
-    amount: Callable[[Array], Amount]  # how plain they are
-    starts: tuple[Array, ...]  # where to begin, each shape (numbers,)
 
 
 @final
@@ -93,9 +79,15 @@ class LinkEffect:
         left = float(np.linalg.norm(self.R @ solution - self.y))
         return solution, float(np.hypot(self.rest, left))
 
-    def answers(self, evidence: Evidence, change: Array) -> Array:
-        """Return what the other source would say of changed mass moments, shape (n, nv)."""
-        predicted: Array = evidence.base + self.columns @ change
+    def reduce(self, moments: Sequence[Array], J: Array) -> Array:
+        """Return what changes of the mass moments J leave, without `rest`, shape (changes, 10)."""
+        rows: Array = np.array([changed[_UPPER] - J[_UPPER] for changed in moments]) @ self.R.T
+        return rows - self.y
+
+    def answer(self, evidence: Evidence, moments: Sequence[Array], J: Array) -> Array:
+        """Return what the other source would say of changes of J, shape (changes, n, nv)."""
+        changes = np.array([changed[_UPPER] - J[_UPPER] for changed in moments])
+        predicted: Array = evidence.base + np.einsum("nvc,kc->knv", self.columns, changes)
         return predicted
 
 
@@ -106,7 +98,8 @@ def fit_inertias(evidence: Evidence) -> Iterator[Hypothesis]:
         return
     fits = []
     for k, link in enumerate(recursion.tree):
-        if link.body is not None and recursion.moments[k].any():
+        J = recursion.moments[k]
+        if link.body is not None and J.any():
             effect = LinkEffect.of(evidence, evidence.regressor[:, :, k])
             solution, least = effect.any_change
             if least < evidence.before:
@@ -115,13 +108,14 @@ def fit_inertias(evidence: Evidence) -> Iterator[Hypothesis]:
                 text = f"mass, center or inertia of {where} differ, in no way known as a mistake"
                 change = np.zeros((4, 4))
                 change[_UPPER] = solution
+                any_other = J + change + np.triu(change, 1).T
                 yield Hypothesis(
                     "other inertia",
                     where,
                     text,
-                    effect.answers(evidence, solution),
+                    effect.answer(evidence, [any_other], J)[0],
                     len(solution),
-                    tree=Tree(moments={k: recursion.moments[k] + change + np.triu(change, 1).T}),
+                    tree=Tree(moments={k: any_other}),
                     slopes=np.moveaxis(effect.columns, -1, 0),
                 )
     for _, k, effect in sorted(fits, key=lambda fit: fit[0])[:_CLOSER]:
@@ -131,49 +125,20 @@ def fit_inertias(evidence: Evidence) -> Iterator[Hypothesis]:
 def _fit(evidence: Evidence, effect: LinkEffect, k: int) -> Iterator[Hypothesis]:
     """The changes of a link at some place in the tree, with numbers that fit."""
     link, J = evidence.recursion.tree[k], evidence.recursion.moments[k]
-    where, root = f"link {link.body!r}", link.parent < 0
     m, c, inertia = parts_of(J)
     if m <= 0:
         return
-    families = list(_families(m, c, inertia, _principal(effect, J), root=root))
-    problems = [(family, start) for family in families for start in family.starts]
-
-    def residuals(trials: list[tuple[int, Array]]) -> Array:
-        changes = [moments_of(*problems[k][0].make(x)) - J for k, x in trials]
-        rows: Array = np.array([change[_UPPER] for change in changes]) @ effect.R.T - effect.y
-        return rows
-
-    unknowns, costs = descend(residuals, [start for _, start in problems])
-    for family in families:
-        of = [k for k, (problem_family, _) in enumerate(problems) if problem_family is family]
-        best = min(of, key=lambda k: float(costs[k]))
-        x = unknowns[best]
-        parts = family.make(x)
-        likely = parts[0] <= _HEAVIEST * m
-        if likely and (_is_physical(*parts) or not _is_physical(m, c, inertia)):
-            sigma = np.zeros(len(x))
-            if evidence.is_measured:
-                moved = [(best, x), *((best, x + _SMALL * unit) for unit in np.eye(len(x)))]
-                at, *near = residuals(moved)
-                left = float(np.hypot(effect.rest, costs[best]))
-                sigma = deviations((np.array(near) - at) / _SMALL, left, evidence.tau.size)
-            fitted = moments_of(*parts)
-            answers = effect.answers(evidence, (fitted - J)[_UPPER])
-            change = family.say(x, sigma).replace("LINK", where)
-            slopes = [
-                effect.columns @ (moments_of(*family.make(x + _SMALL * unit)) - fitted)[_UPPER]
-                for unit in np.eye(len(x))
-            ]
-            yield Hypothesis(
-                family.kind,
-                where,
-                change,
-                answers,
-                len(x),
-                family.amount(x),
-                tree=Tree(moments={k: fitted}),
-                slopes=np.array(slopes) / _SMALL,
-            )
+    physical = _is_physical(m, c, inertia)
+    families = list(_families(_Link(k, f"link {link.body!r}", J), effect, root=link.parent < 0))
+    for change in fit_families(
+        evidence,
+        families,
+        lambda trees: effect.reduce([tree.moments[k] for tree in trees], J),
+        lambda trees: effect.answer(evidence, [tree.moments[k] for tree in trees], J),
+    ):
+        fitted = parts_of(change.tree.moments[k])
+        if fitted[0] <= _HEAVIEST * m and (_is_physical(*fitted) or not physical):
+            yield change
 
 
 def _principal(effect: LinkEffect, J: Array) -> Array:
@@ -192,121 +157,137 @@ def _principal(effect: LinkEffect, J: Array) -> Array:
     return turned
 
 
-def _families(
-    m: float, c: Array, inertia: Array, turned: Array, *, root: bool
-) -> Iterator[_Family]:
-    mass, start = "root mass" if root else "link mass", np.zeros(1)
+@final
+class _Link:
+    """A link with what it weighs, and the families of its changes."""
+
+    def __init__(self, k: int, where: str, J: Array) -> None:
+        self.where, self.J = where, J
+        self.m, self.c, self.inertia = parts_of(J)
+        self._k = k
+
+    def family(
+        self,
+        kind: str,
+        make: Callable[[Array], tuple[float, Array, Array]],
+        say: Callable[[Array, Array], str],
+        amount: Callable[[Array], Amount],
+        *starts: Array,
+    ) -> Family:
+        """Return the family that gives mass, center and inertia about it by some numbers."""
+
+        def change(x: Array) -> Tree:
+            return Tree(moments={self._k: moments_of(*make(x))})
+
+        return Family(kind, self.where, change, say, amount, starts or (np.zeros(1),))
+
+
+def _families(link: _Link, effect: LinkEffect, *, root: bool) -> Iterator[Family]:
+    mass, where = "root mass" if root else "link mass", link.where
+    m, c, inertia, J = link.m, link.c, link.inertia, link.J
 
     def heavier(numbers: int) -> Callable[[Array], Amount]:
         return lambda x: Amount.of(m * (1 + x[0]), m, ways=numbers)
 
-    J = moments_of(m, c, inertia)
-    yield _Family(
+    yield link.family(
         mass,
         lambda x: (m * (1 + x[0]), c, inertia),
-        lambda x, s: f"mass of LINK: {give(m * (1 + x[0]), m * s[0])} kg instead of {m:.6g} kg",
+        lambda x, s: f"mass of {where}: {give(m * (1 + x[0]), m * s[0])} kg instead of {m:.6g} kg",
         heavier(1),
-        (start,),
     )
-    yield _Family(
+    yield link.family(
         mass,
         lambda x: (m * (1 + x[0]), c, inertia * (1 + x[0])),
         lambda x, s: (
-            f"mass and inertia of LINK times {give(1 + x[0], s[0])} "
+            f"mass and inertia of {where} times {give(1 + x[0], s[0])} "
             f"(mass {give(m * (1 + x[0]), m * s[0])} kg)"
         ),
         heavier(7),
-        (start,),
     )
     if c.any():
-        yield _Family(
+        yield link.family(
             mass,
             lambda x: parts_of(J + m * x[0] * _POINT),
             lambda x, s: (
                 f"a point mass of {give(m * abs(x[0]), m * s[0])} kg "
-                f"{'more' if x[0] > 0 else 'less'} at the origin of LINK (mass {m:.6g} kg)"
+                f"{'more' if x[0] > 0 else 'less'} at the origin of {where} (mass {m:.6g} kg)"
             ),
             heavier(10),
-            (start,),
         )
     size = float(np.sqrt(max(np.trace(inertia), 1e-12 * m) / m))
     for axis, name in zip(np.eye(3), "xyz", strict=True):
-        yield _move_along(m, c, inertia, size * axis, name)
-    yield _Family(
+        yield _move_along(link, size, axis, name)
+    yield link.family(
         "center of mass",
         lambda x: (m, c + size * x, inertia),
-        lambda x, s: f"center of mass of LINK moved by ({give_all(size * x)}) m",
+        lambda x, s: f"center of mass of {where} moved by ({give_all(size * x)}) m",
         lambda x: Amount.of_all(size * x, float(np.linalg.norm(c))),
-        (np.zeros(3),),
+        np.zeros(3),
     )
     if inertia.any():
-        yield from _inertias(m, c, inertia, turned)
+        yield from _inertias(link, _principal(effect, J))
 
 
-def _move_along(m: float, c: Array, inertia: Array, step: Array, name: str) -> _Family:
-    size = float(np.linalg.norm(step))
-    axis = step / size
-
+def _move_along(link: _Link, size: float, axis: Array, name: str) -> Family:
     def amount(x: Array) -> Amount:
-        old = float(c @ axis)
-        return Amount.of(old + size * x[0], old, float(np.linalg.norm(c)), ways=3)
+        old = float(link.c @ axis)
+        return Amount.of(old + size * x[0], old, float(np.linalg.norm(link.c)), ways=3)
 
-    return _Family(
+    return link.family(
         "center of mass",
-        lambda x: (m, c + x[0] * step, inertia),
+        lambda x: (link.m, link.c + x[0] * size * axis, link.inertia),
         lambda x, s: (
-            f"center of mass of LINK moved by {give(size * x[0], size * s[0])} m along {name}"
+            f"center of mass of {link.where} moved by {give(size * x[0], size * s[0])} m along "
+            f"{name}"
         ),
         amount,
-        (np.zeros(1),),
     )
 
 
-def _inertias(m: float, c: Array, inertia: Array, turned: Array) -> Iterator[_Family]:
-    size = float(np.trace(inertia)) / 3
-    yield _Family(
+def _inertias(link: _Link, turned: Array) -> Iterator[Family]:
+    m, c, inertia, where = link.m, link.c, link.inertia, link.where
+    size, upper = float(np.trace(inertia)) / 3, np.triu_indices(3)
+    yield link.family(
         "inertia",
         lambda x: (m, c, inertia * (1 + x[0])),
-        lambda x, s: f"inertia of LINK times {give(1 + x[0], s[0])}",
+        lambda x, s: f"inertia of {where} times {give(1 + x[0], s[0])}",
         lambda x: Amount.of(1 + x[0], 1.0, ways=6),
-        (np.zeros(1),),
     )
-    for i, k in zip(*np.triu_indices(3), strict=True):
-        yield _entry(m, c, inertia, (int(i), int(k)))
+    for i, k in zip(*upper, strict=True):
+        yield _change_entry(link, size, (int(i), int(k)))
     rng = np.random.default_rng(0)
-    yield _Family(
+    yield link.family(
         "inertia turn",
         lambda x: (m, c, turn_about(x) @ inertia @ turn_about(x).T),
-        lambda x, s: f"inertia of LINK turned by {say_turn(x)}",
+        lambda x, s: f"inertia of {where} turned by {say_turn(x)}",
         lambda x: Amount.of_all(np.degrees(x), 180.0),
-        (np.zeros(3), turned, *rng.uniform(-2, 2, size=(_TURNS, 3))),
+        *(np.zeros(3), turned, *rng.uniform(-2, 2, size=(_TURNS, 3))),
     )
-    yield _Family(
+    yield link.family(
         "inertia",
         lambda x: (m, c, inertia + size * _symmetric(x)),
         lambda x, s: (
-            "inertia of LINK about its center of mass: ixx, ixy, ixz, iyy, iyz, izz = "
-            f"{give_all((inertia + size * _symmetric(x))[np.triu_indices(3)])} kg·m²"
+            f"inertia of {where} about its center of mass: ixx, ixy, ixz, iyy, iyz, izz = "
+            f"{give_all((inertia + size * _symmetric(x))[upper])} kg·m²"
         ),
-        lambda x: Amount.of_all(inertia[np.triu_indices(3)] + size * x, size),
-        (np.zeros(6),),
+        lambda x: Amount.of_all(inertia[upper] + size * x, size),
+        np.zeros(6),
     )
 
 
-def _entry(m: float, c: Array, inertia: Array, at: tuple[int, int]) -> _Family:
+def _change_entry(link: _Link, size: float, at: tuple[int, int]) -> Family:
     i, k = at
     E = np.zeros((3, 3))
-    E[i, k] = E[k, i] = size = float(np.trace(inertia)) / 3
-    name, entry = f"i{'xyz'[i]}{'xyz'[k]}", inertia[i, k]
-    return _Family(
+    E[i, k] = E[k, i] = size
+    name, entry = f"i{'xyz'[i]}{'xyz'[k]}", link.inertia[i, k]
+    return link.family(
         "inertia",
-        lambda x: (m, c, inertia + x[0] * E),
+        lambda x: (link.m, link.c, link.inertia + x[0] * E),
         lambda x, s: (
-            f"{name} of LINK: {give(entry + size * x[0], size * s[0])} kg·m² "
+            f"{name} of {link.where}: {give(entry + size * x[0], size * s[0])} kg·m² "
             f"instead of {entry:.6g} kg·m²"
         ),
         lambda x: Amount.of(entry + size * x[0], entry, ways=6),
-        (np.zeros(1),),
     )
 
 

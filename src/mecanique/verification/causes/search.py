@@ -127,21 +127,23 @@ def _rank(evidence: Evidence, changes: list[Hypothesis]) -> tuple[LikelyCause, .
     order = sorted(good, key=lambda k: (changes[k].free, changes[k].amount, k))
     equal = list(_first_of_each(changes, order))
     rest = sorted((k for k in worth if after[k] > bound), key=lambda k: float(after[k]))
-    by_text = {
-        changes[k].text: LikelyCause(
-            changes[k].kind, changes[k].where, changes[k].text, before, float(after[k])
-        )
-        for k in reversed([*equal, *rest])
-    }
-    causes = list(reversed(by_text.values()))
+    by_text = {changes[k].text: k for k in reversed([*equal, *rest])}
+    causes = [_cause(evidence, changes[k], after[k]) for k in reversed(by_text.values())]
     if causes[0].removes:
         # beside a change that removes the difference, only others that do so are worth reporting
         others = (cause for cause in causes[1:] if cause.removes and cause.kind != "other inertia")
         causes = [causes[0], *others]
-    twins = [
-        cause for cause in causes[1:] if cause.after <= bound and cause.kind != "other inertia"
-    ]
-    return (replace(causes[0], alike=tuple(twins)), *causes[1:_MOST])
+    return _with_twins(causes, [cause for cause in causes[1:] if cause.after <= bound])
+
+
+def _cause(evidence: Evidence, change: Hypothesis, after: float) -> LikelyCause:
+    return LikelyCause(change.kind, change.where, change.text, evidence.before, float(after))
+
+
+def _with_twins(causes: list[LikelyCause], twins: list[LikelyCause]) -> tuple[LikelyCause, ...]:
+    """Return the likeliest causes, the first with those that explain as much."""
+    alike = tuple(twin for twin in twins if twin.kind != "other inertia")
+    return (replace(causes[0], alike=alike), *causes[1:_MOST])
 
 
 def _find_pair(evidence: Evidence, changes: list[Hypothesis], limit: float) -> LikelyCause | None:
@@ -233,15 +235,9 @@ def _rank_samples(
     worth: list[int] = np.flatnonzero(score < without - _EVIDENCE).tolist()
     order = sorted(worth, key=lambda k: (score[k], sizes[k], k))
     order = list(_first_of_each(changes, order))
-    causes = [
-        LikelyCause(changes[k].kind, changes[k].where, changes[k].text, before, float(after[k]))
-        for k in order
-    ]
-    if not causes:
+    if not order:
         return ()
-    twins = [
-        cause
-        for k, cause in zip(order[1:], causes[1:], strict=True)
-        if score[k] <= score[order[0]] + _EVIDENCE and cause.kind != "other inertia"
-    ]
-    return (replace(causes[0], alike=tuple(twins)), *causes[1:_MOST])
+    causes = [_cause(evidence, changes[k], after[k]) for k in order]
+    limit = score[order[0]] + _EVIDENCE
+    ranked = zip(order[1:], causes[1:], strict=True)
+    return _with_twins(causes, [cause for k, cause in ranked if score[k] <= limit])
