@@ -15,7 +15,6 @@ from mecanique.checking.budget import bound_work
 from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import (
     ReadText,
-    Statement,
     define,
     define_joint_positions,
     read_answer,
@@ -27,11 +26,10 @@ from mecanique.checking.judgement.motion import (
     Residual,
     count_independent,
     count_missing,
-    residuals,
 )
 from mecanique.checking.judgement.proof import Proof
 from mecanique.checking.judgement.quantities import AskedQuantity, ask_for
-from mecanique.checking.judgement.truth import Sample, Truth
+from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes.search import Search
 from mecanique.checking.mistakes.units import UnitMisfitError
 from mecanique.checking.verdict import Check, Line, Mistake, Outcome
@@ -45,8 +43,6 @@ _STRETCHED = 1e-6
 
 _DENOMINATOR = re.compile(r"/(\d+[^\W\d_]\w*)(?![\w({])")
 """A denominator of a number and letters without brackets, as in 3g/2l."""
-
-_MOTION = ("equation of motion", "equations of motion", "state space")
 
 
 def check(
@@ -144,50 +140,71 @@ class Checker:
             # a stranger's formula may overflow, and so may a quantity in a special state; what has
             # no value is judged as such, by all that is called from here
             with np.errstate(all="ignore"):
-                quantity = None if ask in _MOTION else self.ask(ask)
                 # what is right does not depend on the text: it is derived before the clock starts
+                self.ask(ask)
                 self.truth.prepare()
                 with bound_work():
-                    check = self._judge(text, ask, quantity, let)
+                    check = self._judge(text, ask, let)
                     if check.outcome == "wrong":
-                        return self._close_denominators(check, text, ask, quantity, let)
+                        return self._close_denominators(check, text, ask, let)
                     return check
         except FormulaError as error:
             if error.text or not text.strip():
                 raise
             raise FormulaError(str(error), text) from None
 
-    def _judge(
-        self,
-        text: str,
-        ask: str,
-        quantity: AskedQuantity | None,
-        let: Sequence[str] | Mapping[str, str],
-    ) -> Check:
-        letters = self.find_letters(ask, let)[0]
-        if quantity is None:
-            if ask == "state space" and len(letters.rates) == 2 and not letters.find("x1"):
-                # x1' = x2 is the usual form where there is a single coordinate
-                letters = define(f"x1 = {self.mechanism.coordinates.names[0]}", letters)[2]
-            return self._motion(read_answer(text, letters), text)
+    def _judge(self, text: str, ask: str, let: Sequence[str] | Mapping[str, str]) -> Check:
+        letters, quantity = self.find_letters(ask, let)
+        if ask == "state space" and len(letters.rates) == 2 and not letters.find("x1"):
+            # x1' = x2 is the usual form where there is a single coordinate
+            letters = define(f"x1 = {self.mechanism.coordinates.names[0]}", letters)[2]
         reading = read_answer(text, letters)
-        check = self._formula(reading, quantity, ask, text, self.truth)
-        return self._hold_numbers(check, reading, ask, text)
+        judged = self._compare(reading, quantity, self.truth, text)
+        held = self._hold_numbers(judged, reading, quantity, ask, text)
+        truth, judged, forms = held or (self.truth, judged, ())
+        explained = self._explain(judged, quantity, reading, text)
+        motion = quantity.kind == "motion"
+        lines = [
+            _line(formula, causes, motion=motion)
+            for formula, causes in zip(judged, explained, strict=True)
+        ]
+        missing = [name for formula in judged for name in formula.missing]
+        check = Check(
+            mechanism=self.mechanism.name,
+            asked=quantity.name if motion else ask,
+            outcome="right",
+            lines=tuple(lines),
+            states=truth.sample.count,
+            varied=truth.sample.varied,
+            exact=bool(judged) and all(formula.proven for formula in judged),
+            causes=tuple(dict.fromkeys(cause for line in lines for cause in line.causes)),
+            notes=(*reading.notes, *quantity.notes),
+        )
+        if motion:
+            equations = [formula.residual for formula in judged if formula.residual is not None]
+            wrong = [residual for residual in equations if not residual.holds]
+            sound = [
+                residual
+                for residual, line in zip(equations, lines, strict=True)
+                if line.outcome != "wrong"
+            ]
+            nv = self.mechanism.nv
+            lacking = count_missing(sound) if sound else nv
+            missing += [f"{lacking} of {nv} equations missing"] if lacking else []
+            independent = min(nv - lacking, count_independent(sound)) if sound else 0
+            at = _state(max(wrong, key=lambda residual: residual.worst)) if wrong else None
+            check = replace(check, at=at, independent=independent)
+        return _conclude(check, missing, forms)
 
     def _close_denominators(
-        self,
-        check: Check,
-        text: str,
-        ask: str,
-        quantity: AskedQuantity | None,
-        let: Sequence[str] | Mapping[str, str],
+        self, check: Check, text: str, ask: str, let: Sequence[str] | Mapping[str, str]
     ) -> Check:
         """Return the verdict with 3g/2l as 3g/(2l), if it is right with these brackets."""
         written = _DENOMINATOR.findall(text)
         if not written:
             return check
         try:
-            again = self._judge(_DENOMINATOR.sub(r"/(\1)", text), ask, quantity, let)
+            again = self._judge(_DENOMINATOR.sub(r"/(\1)", text), ask, let)
         except FormulaError:
             return check
         if again.outcome == "wrong":
@@ -197,10 +214,8 @@ class Checker:
 
     def find_letters(
         self, ask: str, let: Sequence[str] | Mapping[str, str] = ()
-    ) -> tuple[KnownLetters, AskedQuantity | None]:
-        """Return the letters of a question, and the quantity that it asks for, if not motion."""
-        if ask in _MOTION:
-            return self._letters(let, self.truth.further_letters), None
+    ) -> tuple[KnownLetters, AskedQuantity]:
+        """Return the letters of a question, and the quantity that it asks for."""
         quantity = self.ask(ask)
         further = self._find_further(quantity.names)
         return self._letters(let, further, quantity.functions), quantity
@@ -210,8 +225,8 @@ class Checker:
     ) -> dict[str, str]:
         """Return the meaning of each letter that an answer to a question may contain."""
         letters, quantity = self.find_letters(ask, let)
-        asked = quantity.names if quantity else ()
-        units = {**self.search.units.of, **(quantity.dimensions if quantity else {})}
+        asked = () if quantity.kind == "motion" else quantity.names
+        units = {**self.search.units.of, **quantity.dimensions}
         meanings = {p.symbol: p.meaning for p in self.mechanism.parameters}
         listed = {}
         for name, kind in letters.kinds.items():
@@ -234,24 +249,63 @@ class Checker:
             self._asked[key] = ask_for(truth, question)
         return self._asked[key]
 
-    def _hold_numbers(self, check: Check, reading: ReadText, ask: str, text: str) -> Check:
-        """Return the verdict with numbers in place of parameters, if it is right with these."""
+    def _compare(
+        self, reading: ReadText, quantity: AskedQuantity, truth: Truth, text: str
+    ) -> list[Judged]:
+        """Judge each line, and look again at those that hold in the states."""
+        judged = judge_formula(reading.statements, truth, quantity, text)
+        return [self._confirm(formula, quantity, truth, text) for formula in judged]
+
+    def _confirm(self, judged: Judged, quantity: AskedQuantity, truth: Truth, text: str) -> Judged:
+        """Return a formula proven, or with the fault or rounding that the states do not show."""
+        residual, motion = judged.residual, quantity.kind == "motion"
+        usual = truth is self.truth
+        if motion and usual and residual is not None and not residual.holds:
+            if self.search.has_unit_fault(residual, text):
+                return judged
+            return replace(judged, rounding=find_rounding(residual, text))
+        if not judged.holds:
+            return judged
+        if usual and self._is_proven(judged, quantity):
+            judged = replace(judged, proven=True)
+        elif residual is not None and (usual or motion):
+            judged = replace(judged, fault=self._find_fault(residual, quantity, text))
+        if motion and residual is not None and judged.holds:
+            return replace(judged, forms=self.factors.list_forms(residual))
+        return judged
+
+    def _hold_numbers(
+        self,
+        judged: Sequence[Judged],
+        reading: ReadText,
+        quantity: AskedQuantity,
+        ask: str,
+        text: str,
+    ) -> tuple[Truth, list[Judged], tuple[str, ...]] | None:
+        """Return the truth with numbers in place of parameters, if an answer is right with these.
+
+        With it come the judgement and the form that it is.
+        """
         written = set[str]()
         for statement in reading.statements:
             written = written.union(*(side.letters for side in statement.sides))
-        if check.outcome != "wrong" or not check.varied:
-            return check
-        kinds = {cause.kind for cause in check.causes}
-        measured = any(name.startswith("[") for name in written)
-        if "emptiness" in kinds or (measured and "units" in kinds):
-            return check
+        if not self.truth.sample.varied or all(formula.agrees for formula in judged):
+            return None
+        motion, wrong = quantity.kind == "motion", [f.residual for f in judged if not f.holds]
+        if not motion and any(formula.fault for formula in judged):
+            return None
+        # a number may stand for a quantity with a unit, unless it has a unit itself
+        if (motion or any(name.startswith("[") for name in written)) and any(
+            residual is not None and self.search.has_unit_fault(residual, text, quantity.dimensions)
+            for residual in wrong
+        ):
+            return None
         for varied, forms in self._list_numbers(written):
             truth = self.truth.hold(varied)
-            again = self._formula(reading, self.ask(ask, varied), ask, text, truth)
-            if again.outcome != "wrong":
-                again = replace(again, exact=False)
-                return _with_form(again, *forms) if forms else again
-        return check
+            again = self._compare(reading, self.ask(ask, varied), truth, text)
+            if all(formula.agrees if motion else formula.holds for formula in again):
+                return truth, again, forms
+        return None
 
     def _list_numbers(self, written: set[str]) -> Iterator[tuple[frozenset[str], tuple[str, ...]]]:
         """Yield the parameters that still vary where others are numbers, and the form that it is.
@@ -263,61 +317,38 @@ class Checker:
         if not self._parameters <= written:
             yield self._parameters & written, (_VALUES_ONLY,)
 
-    def _formula(
-        self, reading: ReadText, quantity: AskedQuantity, ask: str, text: str, truth: Truth
-    ) -> Check:
-        """Return the verdict on formulas of a quantity."""
-        judged = judge_formula(reading.statements, truth, quantity, text)
+    def _explain(
+        self, judged: Sequence[Judged], quantity: AskedQuantity, reading: ReadText, text: str
+    ) -> list[tuple[Mistake, ...]]:
+        """Return the likely causes of each line that is wrong, or is right except for form."""
+        motion = quantity.kind == "motion"
+        explained: list[tuple[Mistake, ...]] = [()] * len(judged)
+        if motion:
+            definitions = reading.letters.defined.items()
+            defined = {name: node for name, node in definitions if "'" not in name}
+            equations = [formula.residual for formula in judged if formula.residual is not None]
+            explained = list(self.search.causes(equations, text, defined))
+            moving = {*self.mechanism.coordinates, *self.truth.velocities}
+            if not any(residual.root.letters & moving for residual in equations):
+                # a motion without any force is no linearized one
+                explained = [_leave_out("linearized", causes) for causes in explained]
         matrix = self._explain_matrix(judged, quantity)
-        several = len(judged) > 1
-        lines = []
-        proven = [self._is_proven(formula, quantity) for formula in judged]
-        for number, formula in enumerate(judged, 1):
-            causes: tuple[Mistake, ...] = ()
-            if formula.holds and not proven[number - 1] and truth is self.truth:
-                formula = self._judge_terms(formula, quantity, text)
+        for k, formula in enumerate(judged):
+            place = k + 1 if len(judged) > 1 else 0
             if formula.fault:
-                causes = (Mistake("emptiness", formula.fault, equation=number if several else 0),)
-            elif not formula.holds and formula.residual is not None:
-                place = number if several else 0
-                causes = self.search.mend(
+                explained[k] = (Mistake("emptiness", formula.fault, equation=place),)
+            elif motion and formula.rounding:
+                explained[k] = (Mistake("rounding", formula.rounding),)
+            elif motion or formula.holds:
+                continue
+            elif formula.residual is not None:
+                explained[k] = self.search.mend(
                     formula.residual, place, text, quantity.dimensions, formula.series, quantity
                 )
-            elif not formula.holds and quantity.kind == "conserved" and formula.root is not None:
-                place = number if several else 0
-                causes = self.search.explain_constant(formula.root, place, text)
-            outcome: Outcome = "right" if formula.holds else "wrong"
-            if matrix and not formula.holds:
-                causes = tuple(dict.fromkeys((*matrix, *causes)))
-            shown = (*formula.forms, formula.rounding) if formula.rounding else formula.forms
-            if formula.holds and shown:
-                outcome = "right except for form"
-            lines.append(Line(formula.statement.text, outcome, formula.worst, shown, causes))
-        lacking = [name for formula in judged for name in formula.missing]
-        check = self._conclude(ask, truth.sample, lines, lacking)
-        exact = bool(judged) and all(proven)
-        return replace(check, exact=exact, notes=(*reading.notes, *quantity.notes))
-
-    def _conclude(
-        self, ask: str, sample: Sample, lines: Sequence[Line], lacking: Sequence[str]
-    ) -> Check:
-        """Return the verdict on a whole answer, by those on its lines and what it lacks."""
-        forms = [form for line in lines for form in line.forms]
-        outcome: Outcome = "right except for form" if forms else "right"
-        if any(line.outcome == "wrong" for line in lines):
-            outcome, forms = "wrong", []
-        elif lacking:
-            outcome, forms = "incomplete", [*lacking, *forms]
-        return Check(
-            mechanism=self.mechanism.name,
-            asked=ask,
-            outcome=outcome,
-            lines=tuple(lines),
-            states=sample.count,
-            varied=sample.varied,
-            forms=tuple(dict.fromkeys(forms)),
-            causes=tuple(dict.fromkeys(cause for line in lines for cause in line.causes)),
-        )
+            elif quantity.kind == "conserved" and formula.root is not None:
+                explained[k] = self.search.explain_constant(formula.root, place, text)
+            explained[k] = tuple(dict.fromkeys((*matrix, *explained[k])))
+        return explained
 
     def _explain_matrix(
         self, judged: Sequence[Judged], quantity: AskedQuantity
@@ -334,25 +365,30 @@ class Checker:
         given = true + np.stack(differences, axis=-1).reshape(true.shape)
         return self.search.explain_matrix(given)
 
-    def _judge_terms(self, judged: Judged, quantity: AskedQuantity, text: str) -> Judged:
-        """Return a formula that holds in the states, wrong for units or a term of no weight."""
-        residual = judged.residual
-        if residual is None:
-            return judged
-        if self.search.has_unit_fault(residual, text, quantity.dimensions):
-            return replace(judged, fault="the units do not match")
-        return replace(judged, fault=_name_idle(residual.find_idle(), text))
-
     def _is_proven(self, judged: Judged, quantity: AskedQuantity) -> bool:
         """Return whether a formula that holds can also be proven by algebra."""
         proof = self._proof(quantity.derivation)
-        if not judged.holds or judged.root is None or proof is None:
+        if judged.root is None or proof is None:
             return False
         if quantity.kind == "conserved":
             return proof.prove_conservation(judged.root, KnownLetters.of(self.mechanism).rate_nodes)
         if quantity.kind == "up to a constant":
             return proof.prove_constant(judged.root, judged.series)
         return proof.prove_motion(judged.root, judged.series)
+
+    def _find_fault(self, residual: Residual, quantity: AskedQuantity, text: str) -> str:
+        """Return why what holds at the random states is no answer, "" if it is one."""
+        if self.search.has_unit_fault(residual, text, quantity.dimensions):
+            return "the units do not match"
+        motion = quantity.kind == "motion"
+        stretched = self.truth.stretch(residual.sample) if motion else None
+        if stretched is None:
+            return _name_idle(residual.find_idle(), text)
+        far = replace(residual, sample=stretched)
+        if far.worst <= _STRETCHED:
+            return _name_idle(residual.find_idle(far.values), text)
+        state = ", ".join(f"{name} = {x:.4g}" for name, x in _state(far).items())
+        return f"it holds near the usual states only, not at {state}"
 
     def _proof(self, derivation: Derivation | None = None) -> Proof | None:
         """Return a prover based on the equations of motion, or on another derivation."""
@@ -395,99 +431,12 @@ class Checker:
                 definition,
             )
 
-    def _motion(self, reading: ReadText, text: str) -> Check:
-        truth, statements, letters = self.truth, reading.statements, reading.letters
-        equations = residuals(statements, truth, truth.sample, text)
-        numbers, forms = self._with_numbers(equations, statements, text)
-        equations = numbers or equations
-        written = set().union(*(residual.root.letters for residual in equations))
-        defined = {name: node for name, node in letters.defined.items() if "'" not in name}
-        explained = [
-            self._explain_rounding(residual, text) or causes
-            for residual, causes in zip(
-                equations, self.search.causes(equations, text, defined), strict=True
-            )
-        ]
-        lines, sound, proven = [], [], True
-        for number, (residual, causes) in enumerate(zip(equations, explained, strict=True), 1):
-            proof = not numbers and self._is_motion_proven(residual)
-            proven = proven and proof
-            fault = self._find_fault(residual, text, proven=proof) if residual.holds else ""
-            if fault:
-                place = number if len(equations) > 1 else 0
-                causes = (Mistake("emptiness", fault, equation=place),)
-            factor = self.factors.explain(residual) if residual.holds and not fault else ""
-            if not written & {*self.mechanism.coordinates, *truth.velocities}:
-                # a motion without any force is no linearized one
-                causes = tuple(cause for cause in causes if cause.kind != "linearized")
-            lines.append(_line(residual, causes, factor, sound=residual.holds and not fault))
-            if lines[-1].outcome != "wrong":
-                sound.append(residual)
-        wrong = [residual for residual in equations if not residual.holds]
-        nv = self.mechanism.nv
-        missing = count_missing(sound) if sound else nv
-        lacking = [f"{missing} of {nv} equations missing"] if missing else []
-        check = self._conclude("equation of motion", equations[0].sample, lines, lacking)
-        check = replace(
-            check,
-            exact=check.outcome != "wrong" and proven,
-            at=_state(max(wrong, key=lambda residual: residual.worst)) if wrong else None,
-            independent=min(nv - missing, count_independent(sound)) if sound else 0,
-            notes=reading.notes,
-        )
-        return _with_form(check, *forms) if forms else check
-
-    def _explain_rounding(self, residual: Residual, text: str) -> tuple[Mistake, ...]:
-        """Return the rounded number that explains a wrong equation, if there is one."""
-        if residual.holds or self.search.has_unit_fault(residual, text):
-            return ()
-        rounding = find_rounding(residual, text)
-        return (Mistake("rounding", rounding),) if rounding else ()
-
-    def _is_motion_proven(self, residual: Residual) -> bool:
-        """Return whether an equation holds and is proven."""
-        proof = self._proof()
-        return residual.holds and proof is not None and proof.prove_motion(residual.root)
-
-    def _find_fault(self, residual: Residual, text: str, *, proven: bool) -> str:
-        """Return why an equation that holds at the random states is no answer, "" if it is one."""
-        if residual.emptiness or proven:
-            return residual.emptiness
-        if self.search.has_unit_fault(residual, text):
-            return "the units do not match"
-        stretched = self.truth.stretch(residual.sample)
-        if stretched is None:
-            return _name_idle(residual.find_idle(), text)
-        values = residual.tape.evaluate(stretched.letters, stretched.count)
-        far = replace(residual, values=values, sample=stretched)
-        if far.worst <= _STRETCHED:
-            return _name_idle(residual.find_idle(values), text)
-        state = ", ".join(f"{name} = {x:.4g}" for name, x in _state(far).items())
-        return f"it holds near the usual states only, not at {state}"
-
-    def _with_numbers(
-        self, equations: Sequence[Residual], statements: Sequence[Statement], text: str
-    ) -> tuple[list[Residual], tuple[str, ...]]:
-        """Return equations with numbers in place of parameters, if they are right with these."""
-        truth = self.truth
-        if not truth.sample.varied or all(residual.holds for residual in equations):
-            return [], ()
-        if any(self.search.has_unit_fault(residual, text) for residual in equations):
-            return [], ()
-        written = set().union(*(residual.root.letters for residual in equations))
-        for varied, forms in self._list_numbers(written):
-            again = residuals(statements, truth, truth.with_numbers(varied), text)
-            if all(residual.holds for residual in again):
-                return again, forms
-        return [], ()
-
 
 def _name_idle(term: Node | None, text: str) -> str:
     """Return in words that a term is too small to be judged, "" if there is none."""
     if term is None:
         return ""
-    written = " ".join(text[term.start : term.end].split())
-    return f"the term '{written}' is too small to be seen in any state; leave it out"
+    return f"the term '{term.quote(text)}' is too small to be seen in any state; leave it out"
 
 
 _VALUES_ONLY = "right for these values of the parameters only"
@@ -499,22 +448,33 @@ def _with_form(check: Check, *forms: str) -> Check:
     return replace(check, outcome=outcome, forms=tuple(dict.fromkeys((*forms, *check.forms))))
 
 
-def _line(residual: Residual, causes: tuple[Mistake, ...], factor: str, *, sound: bool) -> Line:
-    forms = []
-    if sound:
-        if not residual.is_affine:
-            forms.append("not linear in the accelerations")
-        elif residual.has_factor_of_velocities:
-            forms.append("not divided by a common factor that depends on velocities")
-        elif factor:
-            forms.append(factor)
+def _conclude(check: Check, missing: Sequence[str], forms: Sequence[str]) -> Check:
+    """Return the verdict on a whole answer, by those on its lines and what it lacks."""
+    of_lines = [form for line in check.lines for form in line.forms]
+    if any(line.outcome == "wrong" for line in check.lines):
+        check = replace(check, outcome="wrong")
+    elif missing:
+        check = replace(
+            check, outcome="incomplete", forms=tuple(dict.fromkeys((*missing, *of_lines)))
+        )
+    elif of_lines:
+        check = _with_form(check, *of_lines)
+    return _with_form(check, *forms) if forms else check
+
+
+def _leave_out(kind: str, causes: Iterable[Mistake]) -> tuple[Mistake, ...]:
+    return tuple(cause for cause in causes if cause.kind != kind)
+
+
+def _line(formula: Judged, causes: tuple[Mistake, ...], *, motion: bool) -> Line:
+    """Return the verdict on a line."""
+    forms = (*formula.forms, formula.rounding) if formula.rounding else formula.forms
     outcome: Outcome = "wrong"
-    if sound:
+    if formula.holds:
         outcome = "right except for form" if forms else "right"
-    if causes and causes[0].kind in ("linearized", "rounding"):
-        form = "linearized" if causes[0].kind == "linearized" else causes[0].text
-        outcome, forms = "right except for form", [form]
-    return Line(residual.statement.text, outcome, residual.worst, tuple(forms), causes)
+    if motion and causes and causes[0].kind == "linearized":
+        outcome, forms = "right except for form", ("linearized",)
+    return Line(formula.statement.text, outcome, formula.worst, forms, causes)
 
 
 def _state(residual: Residual) -> dict[str, float]:

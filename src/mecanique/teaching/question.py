@@ -53,7 +53,7 @@ def describe_question(mechanism: Mechanism, ask: str, seed: int = 0) -> dict[str
         "parameters": [p.symbol for p in mechanism.parameters],
         "states": table(sample.letters, sample.count),
     }
-    if quantity is None:
+    if quantity.kind == "motion":
         given, far = truth.with_numbers(frozenset()), truth.stretch(sample)
         positions, M, steps = checker.factors.sample_paths()
         paths = {"letters": table(positions, len(M)), "M": M.tolist(), "steps": steps}

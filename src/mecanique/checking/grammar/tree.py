@@ -71,6 +71,10 @@ class Node:
         parts = tuple(part.put_at(place) for part in self.parts)
         return replace(self, parts=parts, start=place, end=place)
 
+    def quote(self, text: str) -> str:
+        """Return it as it was written in a text; empty if it is not written there."""
+        return " ".join(text[self.start : self.end].split())
+
     def walk(self) -> Iterator[Node]:
         """Yield this and all parts below it."""
         yield self

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import permutations
+from types import MappingProxyType
 from typing import final
 
 import numpy as np
@@ -17,7 +18,7 @@ from mecanique.checking.grammar.reader import Statement, name_values
 from mecanique.checking.grammar.tape import FormulaTape, Rows, find_sign_changes, needed_values
 from mecanique.checking.grammar.tree import Node, add, letter, negate, number, rate
 from mecanique.checking.judgement.equilibria import judge_positions
-from mecanique.checking.judgement.motion import TOLERANCE, Residual
+from mecanique.checking.judgement.motion import TOLERANCE, Residual, residuals
 from mecanique.checking.judgement.quantities import AskedQuantity, measure, momentum_letters
 from mecanique.checking.judgement.truth import Sample, Truth, stack
 from mecanique.derivation.scalars.evaluation import Evaluation
@@ -42,11 +43,17 @@ class Judged:
     fault: str = ""  # why it is no answer although it is true, or empty
     missing: tuple[str, ...] = ()  # what the whole answer lacks, in words
     rounding: str = ""  # the rounded number that explains a small difference
+    proven: bool = False  # whether algebra proves it
+
+    @property
+    def agrees(self) -> bool:
+        """Whether it is true, up to rounding."""
+        return self.worst <= TOLERANCE or bool(self.rounding)
 
     @property
     def holds(self) -> bool:
         """Whether it is right."""
-        return (self.worst <= TOLERANCE or bool(self.rounding)) and not self.fault
+        return self.agrees and not self.fault
 
 
 def judge_formula(
@@ -54,11 +61,10 @@ def judge_formula(
 ) -> list[Judged]:
     """Judge each formula."""
     judge = {
+        "motion": _judge_motion,
         "matrix": _judge_matrix,
         "conserved": _judge_constant,
-        "several": _judge_several,
         "equilibrium": _judge_equilibrium,
-        "letters": _judge_letters,
         "free body": _judge_free_body,
         "rates of momenta": _judge_canonical,
         "steady": _judge_steady,
@@ -66,34 +72,84 @@ def judge_formula(
     return judge(statements, truth, quantity, text)
 
 
+def _judge_motion(
+    statements: Sequence[Statement], truth: Truth, _: AskedQuantity, text: str
+) -> list[Judged]:
+    """Judge equations of motion at the true accelerations."""
+    equations = residuals(statements, truth, truth.sample, text)
+    return [replace(_judge_residual(e), fault=e.emptiness if e.holds else "") for e in equations]
+
+
 def _judge_value(
     statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
 ) -> list[Judged]:
-    sample = truth.sample
-    assert quantity.values is not None
-    all_judged = []
-    known = {**dict.fromkeys(quantity.letters, quantity.values), **quantity.more}
+    """Judge formulas with the true values of the letters in question.
+
+    Of several values, such as frequencies, each must be among the answers.
+    """
+    cases, letters = _list_cases(quantity), quantity.letters
+    several, by_letter = len(cases) > 1, quantity.kind == "letters"
+    fixed = {**quantity.more, **cases[0]} if by_letter else {}
+    all_judged, covered = list[Judged](), set[int]()
     for statement in statements:
-        residual = _residual(statement, truth, sample, known, quantity.letters[0], text)
-        worst = (
-            residual.worst
-            if quantity.again is None
-            else _compare_changes(residual, sample, quantity)
-        )
-        judged = _judge_residual(residual, worst, quantity.series)
-        asked = {name: known[name] for name in quantity.letters}
-        fault = _find_emptiness(residual, asked, alone=quantity.again is None)
-        if not judged.holds and quantity.again is None:
-            judged = replace(judged, rounding=find_rounding(residual, text))
-        if judged.holds and quantity.name == "Hamiltonian":
-            rates = sorted(residual.root.letters & set(truth.velocities))
-            forms = (f"in {', '.join(rates)}, not in momenta alone",) if rates else ()
-            judged = replace(judged, forms=forms)
-        lagrangian = quantity.name == "Lagrangian"
-        if lagrangian and not judged.holds and is_equivalent(residual, truth, quantity.letters):
-            judged = replace(judged, worst=0.0, root=None)
-        all_judged.append(replace(judged, fault=fault) if judged.holds and fault else judged)
+        if by_letter:
+            _refuse_formula(statement, f"one of {', '.join(letters)}", text)
+        # a number alone says by its unit what it is
+        measured = [name for unit, name in _MEASURES if unit.search(statement.text)]
+        name = ([name for name in measured if name in letters] or [*letters, ""])[0]
+        residuals_of, tried = list[Residual](), list[Judged]()
+        for values in cases:
+            residual = _residual(statement, truth, truth.sample, values, name, text, fixed)
+            judged = _judge_residual(residual, quantity.series)
+            if quantity.again is not None:
+                judged = replace(judged, worst=_compare_changes(residual, truth.sample, quantity))
+            elif not judged.holds:
+                judged = replace(judged, rounding=find_rounding(residual, text))
+            residuals_of.append(residual)
+            tried.append(judged)
+        covers = {k for k, judged in enumerate(tried) if judged.agrees}
+        k = min(range(len(tried)), key=lambda k: tried[k].worst)
+        residual, judged = residuals_of[k], tried[k]
+        if covers:
+            asked = {name: cases[k][name] for name in letters}
+            alone = not (several or by_letter or quantity.again)
+            fault = _find_emptiness(residual, asked, alone=alone, several=by_letter)
+            judged = replace(judged, fault=fault)
+        all_judged.append(_judge_form(judged, residual, truth, quantity))
+        covered |= covers
+    if several and len(covered) < len(cases):
+        missing = f"{len(cases) - len(covered)} of {len(cases)} frequencies missing"
+        all_judged[0] = replace(all_judged[0], missing=(missing,))
     return all_judged
+
+
+def _list_cases(quantity: AskedQuantity) -> list[Mapping[str, Array]]:
+    """Return the true values of the letters in question, several of frequencies."""
+    assert quantity.values is not None
+    match quantity.kind:
+        case "several":
+            return [measure(omega, quantity.letters) for omega in quantity.values]
+        case "letters":
+            return [dict(zip(quantity.letters, quantity.values, strict=True))]
+    return [{**dict.fromkeys(quantity.letters, quantity.values), **quantity.more}]
+
+
+def _refuse_formula(statement: Statement, what: str, text: str) -> None:
+    if not statement.is_equation:
+        raise FormulaError(f"expected an equation for {what}", text, statement.start)
+
+
+def _judge_form(
+    judged: Judged, residual: Residual, truth: Truth, quantity: AskedQuantity
+) -> Judged:
+    """Return a Hamiltonian in rates with that form, and another Lagrangian of the same motion."""
+    rates = sorted(residual.root.letters & set(truth.velocities))
+    if quantity.name == "Hamiltonian" and judged.agrees and rates:
+        return replace(judged, forms=(f"in {', '.join(rates)}, not in momenta alone",))
+    lagrangian = quantity.name == "Lagrangian" and not judged.agrees
+    if lagrangian and is_equivalent(residual, truth, quantity.letters):
+        return replace(judged, worst=0.0, root=None)
+    return judged
 
 
 def _find_emptiness(
@@ -107,14 +163,14 @@ def _find_emptiness(
         and not residual.statement.sides[0].letters & known.keys()
     ):
         return ""
-    count, tables = residual.sample.count, []
+    tables = []
     for factor in _FACTORS:
-        moved = dict(residual.sample.values)
+        moved = {}
         for k, (name, value) in enumerate(known.items()):
             # of several quantities each is changed otherwise, or R1 = R2 would say nothing
             step = factor ** (1 + 0.1 * k) if several else factor
             moved[name] = np.where(value == 0, np.log(step), step * value)
-        values = residual.tape.evaluate(moved, count)
+        values = residual.evaluate(moved)
         changed = np.where(values.size > 0, values.whole / values.size, 0.0)
         tables.append(np.where(np.abs(changed) > TOLERANCE, changed, 0.0))
     signs = np.sign(np.nan_to_num(np.stack(tables)))
@@ -140,17 +196,10 @@ def _compare_changes(residual: Residual, sample: Sample, quantity: AskedQuantity
 
 
 def _judge_residual(
-    residual: Residual, worst: float, series: Mapping[str, Series], forms: tuple[str, ...] = ()
+    residual: Residual, series: Mapping[str, Series] = MappingProxyType({})
 ) -> Judged:
     """Judge a formula by left minus right."""
-    return Judged(
-        statement=residual.statement,
-        residual=residual,
-        worst=worst,
-        forms=forms,
-        root=residual.root,
-        series=series,
-    )
+    return Judged(residual.statement, residual, residual.worst, root=residual.root, series=series)
 
 
 def _residual(
@@ -168,20 +217,11 @@ def _residual(
     root = add(sides[0], negate(right).at(right.start, right.end))
     if any(node.kind == "table" for node in root.walk()):
         raise FormulaError("expected a formula, got a matrix", text, root.start)
-    tape = FormulaTape(root)
     # letters of the mechanism keep their own meaning
     values = {**known, **sample.values, **(fixed or {})}
     if len(sides) == 1:
         values[name] = known[name]
-    sample = replace(sample, values=values)
-    return Residual(
-        statement=statement,
-        root=root,
-        tape=tape,
-        values=tape.evaluate(values, sample.count),
-        truth=truth,
-        sample=sample,
-    )
+    return Residual(statement, root, truth, replace(sample, values=values))
 
 
 def _judge_matrix(
@@ -220,11 +260,11 @@ def _judge_matrix(
     for k, entry in enumerate(entries):
         i, j = divmod(k, nv)
         far = _worst(np.abs(M - true)[:, i, j] / size[:, i, j])
-        written = " ".join(text[entry.start : entry.end].split())
-        place = replace(statement, sides=(entry,), text=f"entry {i + 1}, {j + 1}: {written}")
+        written = f"entry {i + 1}, {j + 1}: {entry.quote(text)}"
+        place = replace(statement, sides=(entry,), text=written)
         residual = _residual(place, truth, sample, {_ENTRY: true[:, i, j]}, _ENTRY, "")
         series = {_ENTRY: quantity.series[str(k)]}
-        judged.append(_judge_residual(residual, far, series))
+        judged.append(replace(_judge_residual(residual, series), worst=far))
     return judged
 
 
@@ -292,65 +332,6 @@ def _judge_constant(
     return all_judged
 
 
-def _judge_several(
-    statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
-) -> list[Judged]:
-    """Judge frequencies; periods and frequencies in 1/s are converted."""
-    assert quantity.values is not None
-    all_judged, covered = list[Judged](), set[int]()
-    for statement in statements:
-        # a number alone says by its unit what it is
-        said = [name for unit, name in _MEASURES if unit.search(statement.text)]
-        name = next((name for name in said if name in quantity.letters), quantity.letters[0])
-        tried: list[Residual] = []
-        used = []
-        for omega in quantity.values:
-            known = measure(omega, quantity.letters)
-            tried.append(_residual(statement, truth, truth.sample, known, name, text))
-            used.append(known)
-        rounded = [
-            "" if residual.worst <= TOLERANCE else find_rounding(residual, text)
-            for residual in tried
-        ]
-        covers = {
-            k for k, residual in enumerate(tried) if residual.worst <= TOLERANCE or rounded[k]
-        }
-        k = min(range(len(tried)), key=lambda k: tried[k].worst)
-        # an equation of several frequencies holds for each of them
-        fault = _find_emptiness(tried[k], used[k], alone=len(tried) == 1) if covers else ""
-        judged = Judged(statement, tried[k], tried[k].worst, fault=fault, rounding=rounded[k])
-        all_judged.append(judged)
-        covered |= covers
-    lacking = len(quantity.values) - len(covered)
-    if lacking:
-        missing = f"{lacking} of {len(quantity.values)} frequencies missing"
-        all_judged[0] = replace(all_judged[0], missing=(missing,))
-    return all_judged
-
-
-def _judge_letters(
-    statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
-) -> list[Judged]:
-    """Judge equations that must hold with the true values of the letters in question."""
-    assert quantity.values is not None
-    known = dict(zip(quantity.letters, quantity.values, strict=True))
-    all_judged = []
-    for statement in statements:
-        if not statement.is_equation:
-            names = ", ".join(quantity.letters)
-            raise FormulaError(f"expected an equation for one of {names}", text, statement.start)
-        fixed = {**quantity.more, **known}
-        residual = _residual(statement, truth, truth.sample, known, "", text, fixed)
-        judged = _judge_residual(residual, residual.worst, quantity.series)
-        if not judged.holds:
-            judged = replace(judged, rounding=find_rounding(residual, text))
-        fault = ""
-        if judged.holds:
-            fault = _find_emptiness(residual, known, alone=False, several=True)
-        all_judged.append(replace(judged, fault=fault))
-    return all_judged
-
-
 def _judge_free_body(
     statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
 ) -> list[Judged]:
@@ -379,7 +360,8 @@ def _judge_free_body(
             if relative <= TOLERANCE:
                 worst = relative
                 forms.append("it holds at rest only: the inertia forces are missing")
-        all_judged.append(_judge_residual(residual, worst, series, tuple(forms)))
+        judged = _judge_residual(residual, series)
+        all_judged.append(replace(judged, worst=worst, forms=tuple(forms)))
     return all_judged
 
 
@@ -418,8 +400,7 @@ def _judge_canonical(
     accelerations = set(truth.accelerations)
     all_judged = []
     for statement in statements:
-        if not statement.is_equation:
-            raise FormulaError("expected an equation for a rate", text, statement.start)
+        _refuse_formula(statement, "a rate", text)
         residual = _residual(statement, truth, truth.sample, quantity.more, "", text)
         fault = ""
         if residual.worst <= TOLERANCE and residual.root.letters & accelerations:
@@ -428,8 +409,7 @@ def _judge_canonical(
             slopes = [residual.tape.along(residual.slopes, name) for name in unknown]
             if not np.abs(np.stack(slopes)).max() > 0:
                 fault = "it contains no rate"
-        judged = _judge_residual(residual, residual.worst, quantity.series)
-        all_judged.append(replace(judged, fault=fault))
+        all_judged.append(replace(_judge_residual(residual, quantity.series), fault=fault))
     rows = []
     for judged in all_judged:
         equation = judged.residual
@@ -491,7 +471,7 @@ def _judge_steady(
         if any(holds):
             reach = _WIDEST_RATE * float(np.nanmax(np.abs(roots)))
             fault = _find_foreign_rate(best, roots, name, reach)
-        all_judged.append(replace(_judge_residual(best, best.worst, {}), fault=fault))
+        all_judged.append(replace(_judge_residual(best), fault=fault))
     if several and len(covered) == 1:
         all_judged[0] = replace(
             all_judged[0], missing=("the other rate at the same position is missing",)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial, reduce
 from itertools import combinations, pairwise
@@ -129,10 +129,22 @@ class Residual:
 
     statement: Statement  # the line in which it was written
     root: Node  # left minus right
-    tape: FormulaTape  # the same as a list of parts
-    values: FormulaValues
     truth: Truth  # the equations that it is compared with
     sample: Sample
+
+    @cached_property
+    def tape(self) -> FormulaTape:
+        """Left minus right as a list of parts."""
+        return FormulaTape(self.root)
+
+    @cached_property
+    def values(self) -> FormulaValues:
+        """The values of all parts."""
+        return self.evaluate({})
+
+    def evaluate(self, moved: Mapping[str, Array]) -> FormulaValues:
+        """Return the values of all parts where some letters have others, shape (n,) each."""
+        return self.tape.evaluate({**self.sample.letters, **moved}, self.sample.count)
 
     @cached_property
     def finite(self) -> npt.NDArray[np.bool_]:
@@ -216,7 +228,7 @@ class Residual:
             + (1.0 + 0.37 * k) * (1 + np.abs(self.sample.values[name]))
             for k, name in enumerate(names)
         }
-        return self.tape.evaluate({**self.sample.letters, **moved}, self.sample.count)
+        return self.evaluate(moved)
 
     @cached_property
     def says_nothing(self) -> bool:
@@ -236,7 +248,7 @@ class Residual:
                 name: before[name] + factor * (1.0 + np.abs(before[name]))
                 for name in self.truth.accelerations
             }
-            steps.append(self.tape.evaluate({**before, **moved}, self.sample.count))
+            steps.append(self.evaluate(moved))
         back, first, second = steps
         bend = np.abs(second.whole - 2 * first.whole + self.values.whole)
         kink = np.abs(first.whole - 2 * self.values.whole + back.whole)
@@ -289,8 +301,7 @@ class Residual:
     def has_factor_of_velocities(self) -> bool:
         """Whether it has a factor that depends on velocities, and may vanish."""
         before = self.sample.letters
-        changed = {name: -1.7 * before[name] for name in self.truth.velocities}
-        values = self.tape.evaluate({**before, **changed}, self.sample.count)
+        values = self.evaluate({name: -1.7 * before[name] for name in self.truth.velocities})
         slopes = self.tape.slopes(values)
         columns = [self.tape.along(slopes, name) for name in self.truth.accelerations]
         after = np.stack(columns, axis=-1)
@@ -330,11 +341,7 @@ def residuals(
         except FormulaError as error:
             raise FormulaError(str(error), text, statement.start) from None
         for root in roots:
-            tape = FormulaTape(root)
-            values = tape.evaluate(sample.letters, sample.count)
-            residual = Residual(
-                statement=statement, root=root, tape=tape, values=values, truth=truth, sample=sample
-            )
+            residual = Residual(statement, root, truth, sample)
             if residual.finite.sum() < min(_FEWEST, sample.count):
                 raise FormulaError(
                     f"the formula has a value at {int(residual.finite.sum())} of {sample.count} "
@@ -407,7 +414,16 @@ class CommonFactors:
     def __init__(self, truth: Truth) -> None:
         self._truth = truth
 
-    def explain(self, residual: Residual) -> str:
+    def list_forms(self, residual: Residual) -> tuple[str, ...]:
+        """Return how an equation that holds deviates from the usual form."""
+        if not residual.is_affine:
+            return ("not linear in the accelerations",)
+        if residual.has_factor_of_velocities:
+            return ("not divided by a common factor that depends on velocities",)
+        factor = self._explain(residual)
+        return (factor,) if factor else ()
+
+    def _explain(self, residual: Residual) -> str:
         """Return in words where an equation is multiplied by zero, "" if nowhere."""
         truth = self._truth
         if truth.derivation is None or truth.mechanism.constrained:

@@ -28,6 +28,7 @@ from mecanique.model.mechanism_units import units
 from mecanique.model.units import Dimension, divide, read_unit
 
 Kind: TypeAlias = Literal[
+    "motion",
     "value",
     "up to a constant",
     "matrix",
@@ -83,12 +84,25 @@ _ZERO = np.zeros(())
 _UNNAMED = "#quantity"
 """What is asked for where all its usual letters are taken."""
 
+ENERGIES = {
+    "kinetic energy": (1, 0),
+    "potential energy": (0, 1),
+    "Lagrangian": (1, -1),
+    "energy": (1, 1),
+}
+"""How much of T and of V is in each."""
+
 _NUMBERED = ("omega", "w", "f", "nu", "T")
 """Letters of frequencies and periods that may be numbered, as omega1."""
 
 
+_MOTION = ("equation of motion", "equations of motion", "state space")
+
+
 def ask_for(truth: Truth, question: str) -> AskedQuantity:
     """Return the quantity that a question asks for."""
+    if question in _MOTION:
+        return AskedQuantity(_MOTION[0], "motion", truth.further_letters)
     asked, _, position = question.partition(" at ")
     name, _, what = asked.partition(" of ")
     known = _QUESTIONS.get(name)
@@ -129,13 +143,8 @@ class _Asked:
         return Lagrange(self._truth.mechanism, derivation.algebra if derivation else None)
 
     def energy(self, name: str, _: str) -> AskedQuantity:
-        T, V = self._lagrange.T, self._lagrange.V
-        series = {
-            "kinetic energy": T,
-            "potential energy": V,
-            "Lagrangian": T - V,
-            "energy": T + V,
-        }[name]
+        kinetic, potential = ENERGIES[name]
+        series = kinetic * self._lagrange.T + potential * self._lagrange.V
         values = self._value(series, self._sample.values)
         exact = AskedQuantity(
             name,
@@ -520,7 +529,7 @@ _QUESTIONS = {
     "reaction": _Question(_Asked.reactions),
 }
 
-QUESTIONS = ("equation of motion", *_QUESTIONS)
+QUESTIONS = (_MOTION[0], *_QUESTIONS)
 """The possible questions."""
 
 _ROUNDING = 1e-12
