@@ -39,9 +39,6 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
 OPAQUE = ("integral", "ellipk", "ellipk_of_modulus")
 """Functions whose derivatives by their arguments are not taken."""
 
-_MEANS = 8
-"""Rounds after which arithmetic and geometric mean agree to the last digit."""
-
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(80)
 
 Rows: TypeAlias = npt.NDArray[np.intp]
@@ -147,11 +144,10 @@ class FormulaTape:
 
 
 def _quarter_period(m: Array) -> Array:
-    """Return K(m), the complete elliptic integral of the first kind (DLMF 19.8.5)."""
-    a, b = np.ones_like(m), np.sqrt(1 - m)
-    for _ in range(_MEANS):
-        a, b = (a + b) / 2, np.sqrt(a * b)
-    return np.asarray(np.pi / (2 * a))
+    """Return K(m), the complete elliptic integral of the first kind."""
+    from scipy.special import ellipk  # wanted by few formulas
+
+    return np.asarray(ellipk(m))
 
 
 def _integrate(node: Node, low: Array, high: Array, letters: Mapping[str, Array]) -> Array:

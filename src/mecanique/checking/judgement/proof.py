@@ -18,6 +18,7 @@ from mecanique.checking.grammar.tree import Node, rate
 from mecanique.derivation.scalars.functions import function_without_arcs
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation
+from mecanique.derivation.symbolic.multipliers import cramer, determinant
 from mecanique.errors import DerivationError, FormulaError, UnknownNameError
 
 _MOST_PRODUCTS = 30_000
@@ -95,8 +96,8 @@ class Proof:
                 return True
         if len(names) > _MOST_UNKNOWNS:
             return False
-        determinant, solution = self._solution
-        terms = [self._multiply(rest, determinant)]
+        below, solution = self._solution
+        terms = [self._multiply(rest, below)]
         terms += [self._multiply(a, b) for a, b in zip(slopes, solution, strict=True) if a]
         return _is_zero(self._ring.sum(terms))
 
@@ -148,27 +149,9 @@ class Proof:
     @cached_property
     def _solution(self) -> tuple[Series, list[Series]]:
         """The determinant of M, and the accelerations times this, by Cramer's rule."""
-        M = [list(row) for row in self._derivation.M]
-        determinant = self._determinant(M)
-        columns = []
-        for k in range(len(M)):
-            changed = [
-                [*row[:k], force, *row[k + 1 :]] for row, force in zip(M, self._forces, strict=True)
-            ]
-            columns.append(self._determinant(changed))
-        return determinant, columns
-
-    def _determinant(self, rows: Sequence[Sequence[Series]]) -> Series:
-        """Expand a determinant by the first row."""
-        if len(rows) == 1:
-            return rows[0][0]
-        terms = []
-        for k, entry in enumerate(rows[0]):
-            if entry:
-                minor = [[*row[:k], *row[k + 1 :]] for row in rows[1:]]
-                term = self._multiply(entry, self._determinant(minor))
-                terms.append(-term if k % 2 else term)
-        return self._ring.sum(terms)
+        M, forces = self._derivation.M, self._forces
+        below = determinant(self._ring, M, self._multiply)
+        return below, cramer(self._ring, M, forces, self._multiply)
 
     def _multiply(self, a: Series, b: Series) -> Series:
         self._left -= len(a) * len(b)

@@ -91,19 +91,13 @@ class RightEquations:
         )
 
     @cached_property
-    def _evaluated(self) -> Evaluation:
+    def evaluated(self) -> Evaluation:
+        """Gives the values of series in the states."""
         return Evaluation(self.derivation.algebra.ring, self.sample.values)
 
     def value(self, series: Series) -> Array:
         """Return the values of a series, shape (n,)."""
-        return np.broadcast_to(self._evaluated(series), (self.sample.count,))
-
-    def stack(self, rows: Sequence[Sequence[Series]]) -> Array:
-        """Return the values of a matrix of series, shape (n, rows, columns)."""
-        return np.stack([self._stack_row(row) for row in rows], axis=1)
-
-    def _stack_row(self, row: Sequence[Series]) -> Array:
-        return np.stack([self.value(entry) for entry in row], axis=-1)
+        return np.broadcast_to(self.evaluated(series), (self.sample.count,))
 
     def with_rest(self, rest: Array) -> Terms:
         """Return the right terms with another rest."""
@@ -119,6 +113,12 @@ class RightEquations:
         if derivation.algebra.velocities != self.truth.velocities:
             return None
         return self._evaluate(derivation, lagrange.V)
+
+    def split(self, mechanism: Mechanism) -> tuple[Terms, Terms] | None:
+        """Return the terms of a changed mechanism without gravity, and those that it adds."""
+        whole = self.rebuild(mechanism)
+        still = self.rebuild(replace(mechanism, gravity=(0.0, 0.0, 0.0)))
+        return (still, whole.plus(still, -1)) if whole and still else None
 
     def reread(self, read: Reading) -> Terms:
         """Return the right equations with letters taken for others."""
@@ -430,11 +430,19 @@ def mistake_parts(right: RightEquations) -> Iterator[WrongDerivation]:
     mechanism = right.truth.mechanism
     if mechanism.constrained and len(mechanism.bodies) > _MOST_BODIES:
         return
-    yield from _gravity(right, mechanism)
-    for body in mechanism.bodies:
-        if plain(body.mass) == 0:
-            continue
-        yield from _body(right, mechanism, body)
+    if (own := right.split(mechanism)) is not None:
+        still, gravity = own
+        T, V = "the kinetic energy", "the potential energy"
+        for factor, kind, how_likely, what in (
+            (-1.0, "potential sign", 0.9, "the sign of the potential of gravity is wrong"),
+            (0.0, "missing", 1.0, "gravity is missing"),
+            (0.5, "half", 1.1, f"{T} lacks its factor ½, or {V} has an extra ½"),
+            (2.0, "half", 1.1, f"{T} has an extra factor ½, or {V} is counted twice"),
+        ):
+            yield WrongDerivation(kind, what, how_likely, still.plus(gravity, factor))
+        for body in mechanism.bodies:
+            if plain(body.mass) != 0:
+                yield from _body(right, mechanism, body, still)
     for force in mechanism.forces:
         others = tuple(present for present in mechanism.forces if present is not force)
         less = right.rebuild(replace(mechanism, forces=others))
@@ -466,33 +474,21 @@ def _forget_free_length(
         yield WrongDerivation("free length", what, 0.8, rebuilt)
 
 
-def _gravity(right: RightEquations, mechanism: Mechanism) -> Iterator[WrongDerivation]:
-    without = right.rebuild(_without_gravity(mechanism))
-    if without is None:
-        return
-    gravity, T, V = right.terms.plus(without, -1), "the kinetic energy", "the potential energy"
-    for factor, kind, weight, what in (
-        (-1.0, "potential sign", 0.9, "the sign of the potential of gravity is wrong"),
-        (0.0, "missing", 1.0, "gravity is missing"),
-        (0.5, "half", 1.1, f"{T} lacks its factor ½, or {V} has an extra ½"),
-        (2.0, "half", 1.1, f"{T} has an extra factor ½, or {V} is counted twice"),
-    ):
-        yield WrongDerivation(kind, what, weight, without.plus(gravity, factor))
-
-
-def _body(right: RightEquations, mechanism: Mechanism, body: Body) -> Iterator[WrongDerivation]:
+def _body(
+    right: RightEquations, mechanism: Mechanism, body: Body, still: Terms
+) -> Iterator[WrongDerivation]:
     """Yield mistakes about a body: inertia about center or joint, Steiner's term, weight."""
-    bare = _with_body(mechanism, body.replace(inertia=(0.0,) * 6))
-    gone = _with_body(mechanism, body.replace(mass=0.0, inertia=(0.0,) * 6))
-    particle, light = right.rebuild(bare), right.rebuild(gone)
-    still, absent = (right.rebuild(_without_gravity(changed)) for changed in (bare, gone))
-    if particle is None or light is None or still is None or absent is None:
+    bare = right.split(_with_body(mechanism, body.replace(inertia=(0.0,) * 6)))
+    gone = right.split(_with_body(mechanism, body.replace(mass=0.0, inertia=(0.0,) * 6)))
+    if bare is None or gone is None:
         return
-    terms, name = right.terms, repr(body.name)
-    moving = still.plus(absent, -1)  # the inertia forces of its mass at its center
-    weight = particle.plus(light, -1).plus(moving, -1)
+    terms, name, particle = right.terms, repr(body.name), bare[0].plus(bare[1])
+    # the inertia forces of its mass at its center
+    moving, weight = (
+        with_mass.plus(without, -1) for with_mass, without in zip(bare, gone, strict=True)
+    )
     mistakes = [
-        ("missing", 1.3, f"the mass of {name} is missing", light),
+        ("missing", 1.3, f"the mass of {name} is missing", gone[0].plus(gone[1])),
         ("missing", 1.1, f"the weight of {name} is missing", terms.plus(weight, -1)),
         ("sign", 1.1, f"the sign of the weight of {name} is wrong", terms.plus(weight, -2)),
     ]
@@ -512,31 +508,25 @@ def _body(right: RightEquations, mechanism: Mechanism, body: Body) -> Iterator[W
             ("parallel axis", 0.9, steiner, terms.plus(moving)),
         ]
         if any(plain(x) for x in body.center):
-            mistakes += _at_end(right, mechanism, body, particle)
+            mistakes += _at_end(right, mechanism, body, (particle, still))
     for kind, how_likely, what, wrong in mistakes:
         yield WrongDerivation(kind, what, how_likely, wrong)
 
 
 def _at_end(
-    right: RightEquations, mechanism: Mechanism, body: Body, particle: Terms
+    right: RightEquations, mechanism: Mechanism, body: Body, known: tuple[Terms, Terms]
 ) -> Iterator[tuple[str, float, str, Terms]]:
     """Yield a body with its mass, or with its weight alone, at its end."""
+    particle, still = known
     far = body.replace(center=tuple(2 * x for x in body.center))
     point = right.rebuild(_with_body(mechanism, far.replace(inertia=(0.0,) * 6)))
     # along the axis about which it turns, its end is no other place than its center
     if point is not None and _differ(point.M, particle.M):
         what = f"{body.name!r} is taken for a point mass at its end instead of a body with inertia"
         yield "point mass", 0.9, what, point
-    moved = _with_body(mechanism, far)
-    there, there_still = right.rebuild(moved), right.rebuild(_without_gravity(moved))
-    still = right.rebuild(_without_gravity(mechanism))
-    if there is not None and there_still is not None and still is not None:
+    if (there := right.split(_with_body(mechanism, far))) is not None:
         what = f"the weight of {body.name!r} acts at its end instead of its center (twice the arm)"
-        yield "weight", 1.0, what, still.plus(there).plus(there_still, -1)
-
-
-def _without_gravity(mechanism: Mechanism) -> Mechanism:
-    return replace(mechanism, gravity=(0.0, 0.0, 0.0))
+        yield "weight", 1.0, what, still.plus(there[1])
 
 
 def _differ(M: Array, changed: Array) -> bool:
@@ -610,12 +600,10 @@ def _find_slopes(right: RightEquations, names: Sequence[str]) -> tuple[Array, Ar
     changes = np.zeros((len(names), *J.shape))
     for k, name in enumerate(names):
         if name[:-1] in moving:
-            changes[k] = right.stack([_differentiate(row, name[:-1]) for row in rows])
+            for i, row in enumerate(rows):
+                slopes = [entry.diff(name[:-1]) for entry in row]
+                changes[k, :, i] = stack(slopes, right.evaluated, right.sample.count)
     return J, changes
-
-
-def _differentiate(row: Sequence[Series], name: str) -> list[Series]:
-    return [entry.diff(name) for entry in row]
 
 
 def _find_surplus(

@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
-from typing import final
+from types import MappingProxyType
+from typing import TypeAlias, final
 
 import numpy as np
 
@@ -25,7 +26,7 @@ from mecanique.checking.grammar.tree import (
     rate,
 )
 from mecanique.checking.judgement.motion import Residual
-from mecanique.checking.judgement.quantities import AskedQuantity, measure, roll
+from mecanique.checking.judgement.quantities import ENERGIES, AskedQuantity, measure, roll
 from mecanique.checking.judgement.truth import Truth, stack_mass, value_of
 from mecanique.checking.mistakes.hypotheses import Hypotheses, Reading, Terms, list_relative
 from mecanique.checking.verdict import Mistake
@@ -40,14 +41,8 @@ _ALIKE = 1e-6
 _STEP = 1e-5
 """A displacement from equilibrium, in radians or meters, at which restoring forces are taken."""
 
-_OF_ENERGIES = {
-    "kinetic energy": (1.0, 0.0),
-    "potential energy": (0.0, 1.0),
-    "momentum": (0.0, 0.0),
-    "Lagrangian": (1.0, -1.0),
-    "energy": (1.0, 1.0),
-}
-"""How much of T and of V is in a quantity that hypotheses about the motion explain."""
+Claims: TypeAlias = "list[dict[str, Array]]"
+"""The values of all letters in the states, and in others, as a formula says them."""
 
 _CONSERVED = 1e-8
 """A rate below this part of its terms is zero."""
@@ -63,18 +58,12 @@ class QuantityMistakes:
 
     def explain(self, residual: Residual, quantity: AskedQuantity) -> Iterator[Mistake]:
         """Yield the mistakes after which a formula would be right."""
-        if self._truth.derivation is None:
+        if self._truth.derivation is None or residual.sample.count != self._truth.sample.count:
             return
-        name = quantity.name.partition(" of ")[0]
-        if name in _OF_ENERGIES:
-            yield from self._explain_energy(residual, quantity, *_OF_ENERGIES[name])
-        if quantity.kind in ("value", "up to a constant"):
-            yield from self._explain_reading(residual, quantity)
-            for kind, text, values in quantity.slips:
-                if self._holds(residual, quantity, (values, self._truth.sample.values)):
-                    yield Mistake(kind, text, "", 0.7)
-        if quantity.kind == "several":
-            yield from self._explain_frequency(residual, quantity)
+        for mistake, claims in self._list_claims(quantity):
+            spend()
+            if _holds(residual, claims):
+                yield mistake
 
     def mutate(
         self, residual: Residual, quantity: AskedQuantity, written: str
@@ -82,30 +71,47 @@ class QuantityMistakes:
         """Yield the single changes after which a formula would be right, wherever they stand."""
         if quantity.kind not in ("value", "up to a constant") or quantity.values is None:
             return
-        claims = [(quantity.values, self._truth.sample.values)]
+        claims = self._claim(quantity, quantity.values)
         if quantity.again is not None:
-            claims.append((quantity.again[0], {**claims[0][1], **quantity.again[1]}))
+            claims += self._claim(quantity, *quantity.again)
         for mistake, changed in _mutate(residual.root, written):
             spend()
-            if self._holds(replace(residual, tape=FormulaTape(changed)), quantity, *claims):
+            if _holds(replace(residual, root=changed), claims):
                 yield mistake
 
-    def _explain_reading(self, residual: Residual, quantity: AskedQuantity) -> Iterator[Mistake]:
+    def _list_claims(self, quantity: AskedQuantity) -> Iterator[tuple[Mistake, Claims]]:
+        """Yield mistakes, each with what a formula says that makes it."""
+        if quantity.name in ENERGIES or quantity.velocity:
+            yield from self._claim_energies(quantity, *ENERGIES.get(quantity.name, (0, 0)))
+        if quantity.kind in ("value", "up to a constant"):
+            yield from self._claim_readings(quantity)
+            for kind, text, values in quantity.slips:
+                yield Mistake(kind, text, "", 0.7), self._claim(quantity, values)
+        if quantity.kind == "several":
+            yield from self._claim_frequencies(quantity)
+
+    def _claim(
+        self,
+        quantity: AskedQuantity,
+        values: Array,
+        states: Mapping[str, Array] = MappingProxyType({}),
+    ) -> Claims:
+        """Return the values of all letters where a quantity has these."""
+        return [{**self._truth.sample.values, **states, **dict.fromkeys(quantity.letters, values)}]
+
+    def _claim_readings(self, quantity: AskedQuantity) -> Iterator[tuple[Mistake, Claims]]:
         """Yield relative for absolute coordinates, and angles from a line at right angles."""
         series, sample = next(iter(quantity.series.values()), None), self._truth.sample
-        if series is None or residual.sample.count != sample.count:
+        if series is None:
             return
-        states = [sample.values]
-        if quantity.again is not None:
-            states.append({**sample.values, **quantity.again[1]})
+        others = [] if quantity.again is None else [quantity.again[1]]
         for text, weight, read, _ in self._list_readings():
-            spend()
-            claims = []
-            for values in states:
+            claims: Claims = []
+            for states in ({}, *others):
+                values = {**sample.values, **states}
                 taken = value_of(series, {**values, **read(values)}, sample.count)
-                claims.append((taken, values))
-            if self._holds(residual, quantity, *claims):
-                yield Mistake("angle", text, "", weight)
+                claims += self._claim(quantity, taken, states)
+            yield Mistake("angle", text, "", weight), claims
 
     def _list_readings(self) -> Iterator[tuple[str, float, Reading, Array]]:
         """Yield what coordinates may be taken for: words, weight, letters, their rates by ours."""
@@ -136,33 +142,29 @@ class QuantityMistakes:
             if alike and hypothesis.row < 0:
                 yield hypothesis.mistake()
 
-    def _explain_energy(
-        self, residual: Residual, quantity: AskedQuantity, kinetic: float, potential: float
-    ) -> Iterator[Mistake]:
-        """Yield the hypotheses whose T and V, by these factors, make up what was written."""
+    def _claim_energies(
+        self, quantity: AskedQuantity, kinetic: float, potential: float
+    ) -> Iterator[tuple[Mistake, Claims]]:
+        """Yield the hypotheses, with what these parts of their T and V make up."""
         truth, sample = self._truth, self._truth.sample
-        if residual.sample.count != sample.count or quantity.values is None:
+        if quantity.values is None:
             return
         v = np.stack([sample.values[n] for n in truth.velocities], axis=-1)
         # with all at rest, the potential must be right, and its constant is open
         resting = [] if quantity.again is None else list(self._at_rest(quantity))
+        right = self._hypotheses.right.terms
         for hypothesis in self._hypotheses.listed:
-            spend()
-            dM, dV = (
-                hypothesis.terms.M - sample.M,
-                hypothesis.terms.V - self._hypotheses.right.terms.V,
-            )
+            dM, dV = hypothesis.terms.M - sample.M, hypothesis.terms.V - right.V
             if hypothesis.row >= 0 or not (np.abs(dM).any() or np.abs(dV).any()):
                 continue
             more = kinetic * np.einsum("ni,nij,nj->n", v, dM, v) / 2 + potential * dV[0]
             if quantity.velocity:
                 k = truth.velocities.index(quantity.velocity)
                 more = np.einsum("nj,nj->n", dM[:, k], v)
-            claims = [(quantity.values + more, sample.values)]
+            claims = self._claim(quantity, quantity.values + more)
             for (values, states), change in zip(resting, dV, strict=False):
-                claims.append((values + potential * change, states))
-            if self._holds(residual, quantity, *claims):
-                yield hypothesis.mistake()
+                claims += self._claim(quantity, values + potential * change, states)
+            yield hypothesis.mistake(), claims
 
     def _at_rest(self, quantity: AskedQuantity) -> Iterator[tuple[Array, Mapping[str, Array]]]:
         """Yield the quantity where velocities vanish, in the states and in the moved ones."""
@@ -174,48 +176,19 @@ class QuantityMistakes:
             states = {**moving, **still}
             yield value_of(series, states, sample.count), states
 
-    def _holds(
-        self,
-        residual: Residual,
-        quantity: AskedQuantity,
-        *claims: tuple[Array, Mapping[str, Array]],
-    ) -> bool:
-        """Whether a formula gives these values in these states; of several, up to a constant."""
-        tables = []
-        for values, states in claims:
-            # the letters of the mechanism keep their meaning
-            letters = {
-                **residual.sample.values,
-                **dict.fromkeys(quantity.letters, values),
-                **states,
-            }
-            if not residual.statement.is_equation:
-                letters[quantity.letters[0]] = values
-            tables.append(residual.tape.evaluate(letters, residual.sample.count))
-        relative = [
-            np.abs(first.whole - second.whole) / np.maximum(first.size, second.size)
-            for first, second in pairwise(tables)
-        ]
-        first, *others = relative or [tables[0].relative]
-        return _vanishes(first) and all(
-            (second[np.isfinite(second)] <= _ALIKE).all() for second in others
-        )
-
-    def _explain_frequency(self, residual: Residual, quantity: AskedQuantity) -> Iterator[Mistake]:
+    def _claim_frequencies(self, quantity: AskedQuantity) -> Iterator[tuple[Mistake, Claims]]:
+        """Yield other measures of a frequency, and those that mistakes lead to."""
         assert quantity.values is not None
+        letters, known = quantity.letters, self._truth.sample.values
         for omega in quantity.values:
-            for weight, text, values in _other_measures(omega, quantity.letters):
-                if self._fits(residual, values):
-                    yield Mistake("measure", text, "", weight)
+            for weight, text, values in _other_measures(omega, letters):
+                yield Mistake("measure", text, "", weight), [{**known, **values}]
         for kind, text, several in quantity.slips:
-            if any(self._fits(residual, measure(omega, quantity.letters)) for omega in several):
-                yield Mistake(kind, text, "", 0.7)
-        if len(quantity.values) > 1 or "'" not in self._truth.velocities[0]:
-            return
-        for mistake, omega in self._frequencies(quantity.position):
-            spend()
-            if self._fits(residual, measure(omega, quantity.letters)):
-                yield mistake
+            for omega in several:
+                yield Mistake(kind, text, "", 0.7), [{**known, **measure(omega, letters)}]
+        if len(quantity.values) == 1 and "'" in self._truth.velocities[0]:
+            for mistake, omega in self._frequencies(quantity.position):
+                yield mistake, [{**known, **measure(omega, letters)}]
 
     def _frequencies(self, position: Mapping[str, Array]) -> Iterator[tuple[Mistake, Array]]:
         """Yield the frequencies that mistakes lead to, of one degree of freedom."""
@@ -235,13 +208,6 @@ class QuantityMistakes:
             omega = _oscillate(other.terms, hypothesis.terms)
             if not np.allclose(omega, right, rtol=_ALIKE, atol=0.0):
                 yield hypothesis.mistake(), omega
-
-    def _fits(self, residual: Residual, values: Mapping[str, Array]) -> bool:
-        if any(value.shape != (residual.sample.count,) for value in values.values()):
-            return False
-        letters = {**residual.sample.values, **values}
-        whole = residual.tape.evaluate(letters, residual.sample.count)
-        return _vanishes(whole.relative)
 
     def explain_constant(self, root: Node, written: str) -> Iterator[Mistake]:
         """Yield mistakes in a conserved quantity: forces, and single changes that mend it."""
@@ -298,9 +264,15 @@ def _turn_letters(
     return {name: values[name] + turned for name in names}
 
 
-def _vanishes(relative: Array) -> bool:
-    known = np.isfinite(relative)
-    return bool(known.any() and (relative[known] <= _ALIKE).all())
+def _holds(residual: Residual, claims: Claims) -> bool:
+    """Whether a formula holds where letters have these values; of several, up to a constant."""
+    tables = list(map(residual.evaluate, claims))
+    relative = [
+        np.abs(first.whole - second.whole) / np.maximum(first.size, second.size)
+        for first, second in pairwise(tables)
+    ]
+    compared = [values[np.isfinite(values)] for values in relative or [tables[0].relative]]
+    return len(compared[0]) > 0 and all((values <= _ALIKE).all() for values in compared)
 
 
 def _other_measures(
@@ -321,7 +293,7 @@ def _other_measures(
 
 def _mutate(node: Node, text: str, *, is_term: bool = False) -> Iterator[tuple[Mistake, Node]]:
     """Yield each single change within a formula, with the changed formula."""
-    part = " ".join(text[node.start : node.end].split())
+    part = node.quote(text)
     for weight, kind, said, changed in _change(node, part, text, is_term=is_term):
         yield Mistake(kind, said, part, weight), changed
     within = node.kind in ("sum", "negative")
@@ -343,8 +315,8 @@ def _change(
     if node.kind == "letter" and part:
         yield 1.2, "power", f"'{part}' should be {part}^2", squared
     if node.kind == "power":
-        base = " ".join(text[node.parts[0].start : node.parts[0].end].split())
-        yield 1.3, "power", f"'{part}' should be {base}", node.parts[0]
+        base = node.parts[0]
+        yield 1.3, "power", f"'{part}' should be {base.quote(text)}", base
     if is_term:
         yield 0.9, "sign", f"the sign of the term '{part}' is wrong", negate(node)
         twice, half = multiply(number(2), node), divide(node, number(2))

@@ -10,7 +10,7 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import combinations, permutations
 from types import MappingProxyType
-from typing import final
+from typing import TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +19,7 @@ from mecanique.arrays import Array
 from mecanique.checking.budget import SECONDS, OutOfTimeError, spend
 from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import Statement
-from mecanique.checking.grammar.tape import FormulaTape, FormulaValues, needed_values
+from mecanique.checking.grammar.tape import FormulaTape, needed_values
 from mecanique.checking.grammar.tree import Node, rate
 from mecanique.checking.grammar.tree import number as zero_node
 from mecanique.checking.judgement.motion import Residual, residuals
@@ -149,14 +149,18 @@ SIMPLE = 60
 class FormulaPart:
     """A part of a formula, with its present and its needed values."""
 
-    tape: FormulaTape
-    place: int  # index of the part on the tape
+    residual: Residual  # the formula
+    place: int  # index of the part on its tape
     have: Array  # its present values
     want: Array  # its needed values
     usable: npt.NDArray[np.bool_]  # the states in which both are known
     context: Context  # the likely intentions
     text: str
-    values: FormulaValues
+
+    @property
+    def tape(self) -> FormulaTape:
+        """The formula as a list of parts."""
+        return self.residual.tape
 
     @property
     def node(self) -> Node:
@@ -166,7 +170,7 @@ class FormulaPart:
     @cached_property
     def quoted(self) -> str:
         """The part as it was written."""
-        return " ".join(self.text[self.node.start : self.node.end].split())
+        return self.node.quote(self.text)
 
     @property
     def is_term(self) -> bool:
@@ -210,7 +214,15 @@ class FormulaPart:
         node = self.tape.nodes[place]
         if place == self.place or node.end <= node.start:
             return ""
-        return f"in '{' '.join(self.text[node.start : node.end].split())}' "
+        return f"in '{node.quote(self.text)}' "
+
+    def values_of(self, place: int) -> Array:
+        """Return the present values of another part, where both of this one are known."""
+        return self.residual.values.parts[place][self.usable]
+
+
+_Candidate: TypeAlias = tuple[Array, str, str, float]
+"""A value that a part may be meant to have; the mistake's kind, its words and its weight."""
 
 
 def repair_number(part: FormulaPart) -> Iterator[Mistake]:
@@ -225,113 +237,86 @@ def repair_number(part: FormulaPart) -> Iterator[Mistake]:
         yield Mistake("factor", f"the number '{part.quoted}' should be {factor}", part.quoted, 1.6)
 
 
-def repair_letter(part: FormulaPart) -> Iterator[Mistake]:
-    """Yield repairs of a letter: another one, its sine, a power."""
-    name = part.node.name
-    context = part.context
+def _vary_letter(part: FormulaPart) -> Iterator[_Candidate]:
+    """Yield what a letter may stand for: another one, its sine, a power."""
+    name, context, have = part.node.name, part.context, part.have
+    said = f"{part.here} {part.where}should be"
     for spelled, value in context.alternatives(name):
-        if part.is_alike(value[part.usable]):
-            angular = name in context.units
-            kind = "letter" if angular else "angle"
-            text = f"{part.here} {part.where}should be {spelled}"
-            # a sum in place of a letter is a missing term
-            yield Mistake(kind, text, part.quoted, 2.05 if "+" in spelled else 1.3)
-    if name in context.angles:
-        for function, shape in (("sin", np.sin), ("tan", np.tan)):
-            if part.is_alike(shape(part.have)):
-                text = (
-                    f"{part.here} {part.where}should be {function}({name}): the angle is "
-                    "assumed to be small"
-                )
-                yield Mistake("small angle", text, part.quoted, 1.0)
+        # a sum in place of a letter is a missing term
+        weight = 2.05 if "+" in spelled else 1.3
+        kind = "letter" if name in context.units else "angle"
+        yield value[part.usable], kind, f"{said} {spelled}", weight
+    for function, shape in (("sin", np.sin), ("tan", np.tan)) if name in context.angles else ():
+        text = f"{said} {function}({name}): the angle is assumed to be small"
+        yield shape(have), "small angle", text, 1.0
     if name in context.units or name in context.velocities or name in context.coordinates:
-        for shown, value in (
-            (f"{name}^2", part.have**2),
-            (f"{name}^3", part.have**3),
-            ("1", np.ones_like(part.have)),
-        ):
-            if part.is_alike(value):
-                text = f"{part.here} {part.where}should be {shown}"
-                yield Mistake("power", text, part.quoted, 1.7)
+        yield have**2, "power", f"{said} {name}^2", 1.7
+        yield have**3, "power", f"{said} {name}^3", 1.7
+        yield np.ones_like(have), "power", f"{said} 1", 1.7
 
 
 _WAVES = {"sin": np.sin, "cos": np.cos, "tan": np.tan}
 
 
-def repair_circular(part: FormulaPart) -> Iterator[Mistake]:
-    """Yield repairs of a sine, cosine or tangent: another one, another angle, none."""
+def _vary_wave(part: FormulaPart) -> Iterator[_Candidate]:
+    """Yield what a sine, cosine or tangent may stand for: another one, another angle, none."""
     name, argument = part.node.name, part.node.parts[0]
-    inner = part.values.parts[part.tape.parts[part.place][0]][part.usable]
+    inner = part.values_of(part.tape.parts[part.place][0])
     turned = "cos" if name == "sin" else "sin"
     written, swapped = _WAVES[name], _WAVES[turned]
-    for sign, words in ((1, ""), (-1, "−")):
-        if part.is_alike(sign * swapped(inner)) and not (part.is_squared and sign < 0):
-            text = f"'{part.quoted}' {part.where}should be {words}{turned}"
-            yield Mistake("sin for cos", text, part.quoted, 1.0 + 0.3 * (sign < 0))
-    for factor in (np.pi / 180, 180 / np.pi):
-        if part.is_alike(written(inner * factor)):
-            text = f"'{part.quoted}' {part.where}is taken in degrees: angles are in radians"
-            yield Mistake("degree", text, part.quoted, 0.8)
-            return
+    said = f"'{part.quoted}' {part.where}should be"
+    yield swapped(inner), "sin for cos", f"{said} {turned}", 1.0
+    if not part.is_squared:
+        yield -swapped(inner), "sin for cos", f"{said} −{turned}", 1.3
+    degrees = (np.radians(inner), np.degrees(inner))
+    for angle in degrees:
+        text = f"'{part.quoted}' {part.where}is taken in degrees: angles are in radians"
+        yield written(angle), "degree", text, 0.8
     for formula, value in part.context.arguments.items():
         angle = value[part.usable]
-        alike = bool((np.abs(angle - inner) <= ALIKE).all())
-        if not alike and part.is_alike(written(angle)):
-            text = (
-                f"'{part.quoted}' {part.where}should be {name}({formula}): relative and "
-                "absolute angles are mixed up"
-            )
-            yield Mistake("angle", text, part.quoted, 1.2)
-        elif not alike and part.is_alike(swapped(angle)):
-            text = f"'{part.quoted}' {part.where}should be {turned}({formula})"
-            yield Mistake("angle", text, part.quoted, 2.2)
-    if part.is_alike(np.ones_like(inner)) and argument.letters:
+        if not any((np.abs(angle - known) <= ALIKE).all() for known in (inner, *degrees)):
+            text = f"{said} {name}({formula}): relative and absolute angles are mixed up"
+            yield written(angle), "angle", text, 1.2
+            yield swapped(angle), "angle", f"{said} {turned}({formula})", 2.2
+    if argument.letters:
         text = f"the factor '{part.quoted}' does not belong {part.where or 'there'}"
-        yield Mistake("factor surplus", text, part.quoted, 2.0)
+        yield np.ones_like(inner), "factor surplus", text, 2.0
 
 
-def repair_power(part: FormulaPart) -> Iterator[Mistake]:
-    """Yield repairs of a power: another exponent, a product of rates."""
-    base = part.values.parts[part.tape.parts[part.place][0]][part.usable]
+def _vary_power(part: FormulaPart) -> Iterator[_Candidate]:
+    """Yield what a power may stand for: another exponent, a product of rates."""
+    letter, exponent_node = part.node.parts
+    place = part.tape.parts[part.place][0]
+    base = part.values_of(place)
+    said = f"'{part.quoted}' {part.where}should be"
+    shown = letter.quote(part.text)
     for exponent in (1, 2, 3, 4, 0, -1):
         value = np.abs(base) ** exponent if exponent in (2, 4) else base**exponent
-        if part.is_alike(np.asarray(value, dtype=float)):
-            letter = part.node.parts[0]
-            shown = " ".join(part.text[letter.start : letter.end].split())
-            right = {0: "1", 1: shown}.get(exponent, f"{shown}^{exponent}")
-            text = f"'{part.quoted}' {part.where}should be {right}"
-            yield Mistake("power", text, part.quoted, 1.5)
-    exponent_node, terms = part.node.parts[1], part.tape.parts[part.tape.parts[part.place][0]]
-    if part.node.parts[0].kind == "sum" and exponent_node.value == 2:
-        squares = sum(part.values.parts[k][part.usable] ** 2 for k in terms)
-        if part.is_alike(np.asarray(squares)):
-            text = f"'{part.quoted}' {part.where}should be the sum of the squares"
-            yield Mistake("power", text, part.quoted, 1.2)
-    velocity = part.node.parts[0].name
-    if velocity in part.context.velocities and exponent_node.value == 2:
-        for second in part.context.velocities:
+        right = {0: "1", 1: shown}.get(exponent, f"{shown}^{exponent}")
+        yield np.asarray(value, dtype=float), "power", f"{said} {right}", 1.5
+    if exponent_node.value != 2:
+        return
+    if letter.kind == "sum":
+        squares = [part.values_of(k) ** 2 for k in part.tape.parts[place]]
+        yield np.sum(squares, axis=0), "power", f"{said} the sum of the squares", 1.2
+    for second in part.context.velocities if letter.name in part.context.velocities else ():
+        if second != letter.name:
             product = part.context.values[second][part.usable] * base
-            if second != velocity and part.is_alike(product):
-                text = f"'{part.quoted}' {part.where}should be {velocity} {second}"
-                yield Mistake("angle", text, part.quoted, 1.4)
+            yield product, "angle", f"{said} {letter.name} {second}", 1.4
 
 
-def repair_sum(part: FormulaPart) -> Iterator[Mistake]:
-    """Yield repairs of a sum: its sine, a letter that it lacks."""
-    angular = part.node.letters and part.node.letters <= set(part.context.angles)
-    if angular and part.is_alike(np.sin(part.have)):
+def _vary_sum(part: FormulaPart) -> Iterator[_Candidate]:
+    """Yield what a sum may stand for: its sine, one with a letter more."""
+    context, letters = part.context, part.node.letters
+    if letters and letters <= set(context.angles):
         text = f"'{part.quoted}' should be its sine: the angle is assumed to be small"
-        yield Mistake("small angle", text, part.quoted, 1.0)
-    short = part.want - part.have
-    group = [name for name in part.node.letters if name in part.context.units]
-    units = {part.context.units[name] for name in group}
-    if len(units) == 1 and group and part.tape.parents[part.place] >= 0:
-        for name, unit in part.context.units.items():
-            value = part.context.values[name][part.usable]
-            alike = (np.abs(short - value) <= ALIKE * np.abs(value)).all()
-            if unit in units and alike:
-                text = f"{name} is missing from the sum '{part.quoted}'"
-                yield Mistake("letter", text, part.quoted, 1.4)
+        yield np.sin(part.have), "small angle", text, 1.0
+    units = {context.units[name] for name in letters if name in context.units}
+    if len(units) == 1 and part.tape.parents[part.place] >= 0:
+        for name, unit in context.units.items():
+            if unit in units:
+                more = part.have + context.values[name][part.usable]
+                yield more, "letter", f"{name} is missing from the sum '{part.quoted}'", 1.4
 
 
 _ABOUT = "the inertia may be taken about the wrong point (center or pin) or of the wrong body"
@@ -349,7 +334,7 @@ def repair_term(part: FormulaPart) -> Iterator[Mistake]:
     ratio = part.want / part.have
     if not np.isfinite(ratio).all():
         return
-    size = part.values.sizes[part.tape.parents[part.place]][part.usable]
+    size = part.residual.values.sizes[part.tape.parents[part.place]][part.usable]
     if (np.abs(part.want) <= 1e-9 * size).all() and not part.is_below_root:
         text = f"the term '{part.quoted}' does not belong there"
         yield Mistake("extra", text, part.quoted, 2.2)
@@ -445,11 +430,10 @@ _FEWEST = 6
 """Least number of states in which a part must have a value."""
 
 
-def repairs(
-    tape: FormulaTape, values: FormulaValues, target: Array, context: Context, text: str
-) -> Iterator[Mistake]:
+def repairs(residual: Residual, context: Context, text: str) -> Iterator[Mistake]:
     """Yield the changes of single parts that make a formula right."""
-    needed = needed_values(tape, values, target)
+    tape, values = residual.tape, residual.values
+    needed = needed_values(tape, values, np.zeros(residual.sample.count))
     finite = np.isfinite(values.whole)
     explained: set[int] = set()
     for k in range(len(tape.nodes) - 1, -1, -1):
@@ -468,14 +452,13 @@ def repairs(
         if usable.sum() < min(_FEWEST, len(finite)) or not usable.any():
             continue
         whole_part = FormulaPart(
-            tape=tape,
+            residual=residual,
             place=k,
             have=have[usable],
             want=want[usable],
             usable=usable,
             context=context,
             text=text,
-            values=values,
         )
         whole = list(_find(whole_part))
         if any(repair.kind in ("sign", "extra", "factor", "inertia") for repair in whole):
@@ -488,16 +471,14 @@ def _find(part: FormulaPart) -> Iterator[Mistake]:
     if part.is_term and part.tape.parents[part.place] >= 0:
         yield from repair_term(part)
     node = part.node
-    if node.kind == "letter":
-        yield from repair_letter(part)
-    elif node.kind == "call" and node.name in _WAVES:
-        yield from repair_circular(part)
-    elif node.kind == "power":
-        yield from repair_power(part)
-    elif node.kind == "sum":
-        yield from repair_sum(part)
-    elif node.kind == "number":
+    if node.kind == "number":
         yield from repair_number(part)
+    vary = {"letter": _vary_letter, "power": _vary_power, "sum": _vary_sum}.get(node.kind)
+    if node.kind == "call" and node.name in _WAVES:
+        vary = _vary_wave
+    for value, kind, text, weight in vary(part) if vary else ():
+        if part.is_alike(value):
+            yield Mistake(kind, text, part.quoted, weight)
 
 
 _MOST_PAIRED = 60
@@ -618,8 +599,7 @@ class Search:
     ) -> tuple[Mistake, ...]:
         """Return the single changes that would make a formula of any quantity right."""
         units = self._units_with(asked)
-        zero = np.zeros(residual.sample.count)
-        changes = repairs(residual.tape, residual.values, zero, self.context, text)
+        changes = repairs(residual, self.context, text)
         mistakes = [
             mistake for mistake in _list_in_time(changes) if mistake.part or mistake is _ENDED
         ]
@@ -669,8 +649,7 @@ class Search:
         """Return the single changes that would make an equation right."""
         if residual.sample is not self._truth.sample:
             return []
-        zero = np.zeros(residual.sample.count)
-        changes = repairs(residual.tape, residual.values, zero, self.context, text)
+        changes = repairs(residual, self.context, text)
         return _in_equation(_list_in_time(changes), number)
 
     def _explain_all(
@@ -720,7 +699,7 @@ def _misfits(
     try:
         units.find(residual.root, text)
     except UnitMisfitError as fault:
-        part = " ".join(text[fault.part.start : fault.part.end].split())
+        part = fault.part.quote(text)
         if odd := units.list_odd(defined):
             what = f"the units do not match: the terms that define {', '.join(odd)} differ in units"
             return [Mistake("units", what, equation=number)]

@@ -8,10 +8,9 @@ from types import MappingProxyType
 from typing import final
 
 from mecanique.checking.grammar.tree import Node
-from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.mechanism_units import per_second, units
-from mecanique.model.units import PURE, Dimension, read_unit, say_unit
+from mecanique.model.mechanism.homogeneity import dimensions_of
+from mecanique.model.units import PURE, Dimension, divide, read_unit, say_unit
 
 
 @final
@@ -36,17 +35,13 @@ class LetterUnits:
         with_numbers: bool = False,
     ) -> None:
         self._simple = 0 if with_numbers else _SIMPLE
-        known = {parameter.symbol: parameter.unit for parameter in mechanism.parameters}
-        known |= {signal.symbol: signal.unit for signal in mechanism.inputs}
-        known |= units(mechanism)
-        known |= {f"{name}'": per_second(known[name]) for name in mechanism.velocities}
-        self.of: dict[str, Dimension] = {**asked, "t": read_unit("s"), "pi": PURE}
-        for name, unit in known.items():
-            if unit:
-                try:
-                    self.of[name] = read_unit(unit)
-                except InputError:
-                    continue
+        known = dimensions_of(mechanism)
+        moving = (*mechanism.coordinates, *mechanism.velocities, "t")
+        states = {name: known.states[name] for name in moving if name in known.states}
+        rates = {
+            f"{v}'": divide(states[v], states["t"]) for v in mechanism.velocities if v in states
+        }
+        self.of: dict[str, Dimension] = {**asked, "pi": PURE, **known.declared, **states, **rates}
 
     def find(self, node: Node, text: str) -> Dimension | None:
         """Return the dimension of a formula; None where a decimal number leaves it open."""
@@ -162,5 +157,5 @@ def _combine(a: Dimension | None, b: Dimension | None, sign: int) -> Dimension |
 
 def _quote(node: Node, text: str) -> str:
     """Quote a part as it was written; a quantity in question may not be written at all."""
-    written = " ".join(text[node.start : node.end].split())
+    written = node.quote(text)
     return f"'{written}'" if written else "the quantity in question"

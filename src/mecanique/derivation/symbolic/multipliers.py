@@ -14,7 +14,8 @@ all displacements multiplied by the determinant instead of divided.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import operator
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations
@@ -447,7 +448,13 @@ def _solve_by_cramer(
     return displacements
 
 
-def determinant(ring: Ring, rows: Sequence[Sequence[Series]]) -> Series:
+Product: TypeAlias = Callable[[Series, Series], Series]
+"""How series are multiplied; a proof counts the terms."""
+
+
+def determinant(
+    ring: Ring, rows: Sequence[Sequence[Series]], times: Product = operator.mul
+) -> Series:
     """Expand a determinant by its first row, skipping what is zero."""
     if not rows:
         return ring.number(1)
@@ -456,17 +463,23 @@ def determinant(ring: Ring, rows: Sequence[Sequence[Series]]) -> Series:
     for k, entry in enumerate(first):
         if entry:
             rest = [i for i in range(len(first)) if i != k]
-            terms.append(entry * determinant(ring, select(others, rest)) * (-1) ** k)
+            minor = determinant(ring, select(others, rest), times)
+            terms.append(times(entry, minor) * (-1) ** k)
     return tidy(ring.sum(terms))
 
 
-def cramer(ring: Ring, rows: Sequence[Sequence[Series]], sides: Sequence[Series]) -> list[Series]:
+def cramer(
+    ring: Ring,
+    rows: Sequence[Sequence[Series]],
+    sides: Sequence[Series],
+    times: Product = operator.mul,
+) -> list[Series]:
     """Return each unknown of a linear system times its determinant, by Cramer's rule."""
     numerators = []
     for k in range(len(rows)):
         pairs = zip(rows, sides, strict=True)
         replaced = [[*row[:k], side, *row[k + 1 :]] for row, side in pairs]
-        numerators.append(determinant(ring, replaced))
+        numerators.append(determinant(ring, replaced, times))
     return numerators
 
 
