@@ -242,10 +242,17 @@ def make_sheet(table: Mapping[str, Any], where: str) -> Sheet:
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"question {name!r} stands twice in {where}")
-    step = table.get("step", 0.0)
-    if not isinstance(step, (int, float)) or isinstance(step, bool) or not 0 <= step <= 1:
-        raise InputError(f"expected step from 0 to 1 in {where}, got {step!r}")
-    return Sheet(str(table.get("title", "")), questions, float(step))
+    return Sheet(str(table.get("title", "")), questions, _number_of(table, "step", 0.0, 1.0, where))
+
+
+def _number_of(
+    table: Mapping[str, Any], name: str, default: float, most: float, where: str
+) -> float:
+    """Return a number of a table, from 0 to the largest that it may be."""
+    value = table.get(name, default)
+    if not isinstance(value, (int, float)) or isinstance(value, bool) or not 0 <= value <= most:
+        raise InputError(f"expected {name} from 0 to {most:g} in {where}, got {value!r}")
+    return float(value)
 
 
 def _question(entry: Any, where: str) -> Question:
@@ -258,23 +265,20 @@ def _question(entry: Any, where: str) -> Question:
     for needed in ("id", "system"):
         if not isinstance(entry.get(needed), str):
             raise InputError(f'expected {needed} = "…" in every question of {where}')
-    points, form = entry.get("points", 1.0), entry.get("form", 1.0)
-    for name, value, most in (("points", points, 1e6), ("form", form, 1.0)):
-        if not isinstance(value, (int, float)) or isinstance(value, bool) or not 0 <= value <= most:
-            raise InputError(
-                f"expected {name} from 0 to {most:g} in question {entry['id']!r}, got {value!r}"
-            )
+    here = f"question {entry['id']!r}"
+    points = _number_of(entry, "points", 1.0, 1e6, here)
+    form = _number_of(entry, "form", 1.0, 1.0, here)
     let, parameters = entry.get("let", []), entry.get("parameters", {})
     if not isinstance(let, list) or not all(isinstance(definition, str) for definition in let):
-        raise InputError(f'expected let = ["J = …"] in question {entry["id"]!r}, got {let!r}')
+        raise InputError(f'expected let = ["J = …"] in {here}, got {let!r}')
     if not isinstance(parameters, dict):
-        raise InputError(f"expected parameters = {{l = 2.0}} in question {entry['id']!r}")
+        raise InputError(f"expected parameters = {{l = 2.0}} in {here}")
     return Question(
         name=entry["id"],
         system=entry["system"],
         ask=str(entry.get("ask", "equation of motion")),
-        points=float(points),
-        form=float(form),
+        points=points,
+        form=form,
         let=tuple(let),
         parameters=parameters,
     )

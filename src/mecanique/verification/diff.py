@@ -25,7 +25,7 @@ from mecanique.model.joints import Fixed, Joint, Planar
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement, rpy_rotation
 from mecanique.model.slips import DIGITS, LEFT_OUT, Factor, Slip
-from mecanique.verification.rows import relative_difference, scale
+from mecanique.verification.rows import differ_by
 from mecanique.verification.states import random_states
 from mecanique.verification.verdict import Change, Difference
 
@@ -543,13 +543,12 @@ def _weigh(a: Mechanism, numeric: Sequence[_Numeric], notes: list[str]) -> list[
         else:
             joints = tuple(changed if x.name == changed.name else x for x in bare.joints)
             mechanism = replace(bare, joints=joints)
-        weight = 0.0
-        for quantity, x, y in zip(
-            ("mass matrix", "bias"), (mass, bias), _dynamics(mechanism, states), strict=True
-        ):
-            u, v = (scale(quantity, values, mass) for values in (x, y))
-            weight = max(weight, float(np.mean(relative_difference(u, v, 1.0))))
-        weighed.append(replace(change, weight=weight))
+        other_mass, other_bias = _dynamics(mechanism, states)
+        differences = (
+            differ_by("mass matrix", mass, other_mass, mass),
+            differ_by("bias", bias, other_bias, mass),
+        )
+        weighed.append(replace(change, weight=float(np.mean(differences, axis=1).max())))
     return weighed
 
 

@@ -36,7 +36,7 @@ from mecanique.urdf.findings import Report
 from mecanique.urdf.lint import lint
 from mecanique.urdf.parse import parse
 from mecanique.urdf.read import read_urdf
-from mecanique.verification.rows import relative_difference, scale
+from mecanique.verification.rows import differ_by
 from mecanique.verification.verdict import OURS, READ_ALIKE, EngineReading
 
 
@@ -261,11 +261,7 @@ def _difference(pairs: Sequence[tuple[str, Array, Array]], mass: Array) -> float
     """Return the largest relative difference of the quantities, scaled as in a verdict."""
     if not mass.size:
         return 0.0
-    worst = 0.0
-    for quantity, a, b in pairs:
-        x, y = scale(quantity, a, mass), scale(quantity, b, mass)
-        worst = max(worst, float(relative_difference(x, y, 1.0).max()))
-    return worst
+    return max(float(differ_by(quantity, a, b, mass).max()) for quantity, a, b in pairs)
 
 
 def _places(tree: Mechanism, joints: Sequence[Single], mass: Array, others: Array) -> Iterator[str]:

@@ -395,18 +395,12 @@ class Functions:
         """Return what the functions give at all states, by quantity."""
         n = len(self.by) or mechanism.nv
         call = _Caller(mechanism, states)
-        shapes = {
-            "mass_matrix": ("q", (n, n)),
-            "gravity": ("q", (n,)),
-            "bias": ("qv", (n,)),
-            "forces": ("qv", (n,)),
-            "inverse_dynamics": ("qva", (n,)),
-            "acceleration": ("qv", (n,)),
-            "energy": ("qv", (2,)),
-        }
+        shapes = {"mass_matrix": (n, n), "energy": (2,)}
         values: dict[str, Array] = {}
-        for name, (usual, shape) in shapes.items():
+        for name, takes in TAKES.items():
             if function := getattr(self, name):
+                usual = "".join(kind for kind in takes if kind in "qva")
+                shape = shapes.get(name, (n,))
                 values[name.replace("_", " ")] = call(function, name, usual, shape)
         if self.coriolis and not self.bias:
             C = call(self.coriolis, "coriolis", "qv", (n, n), (n,))

@@ -40,9 +40,10 @@ from mecanique.derivation.mechanics.switching import (
 )
 from mecanique.derivation.numeric.constraints.rows import Held
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
+from mecanique.derivation.numeric.paths import driven_paths
 from mecanique.derivation.switching import ModeEquations, derive_modes, force_symbol, list_letters
 from mecanique.errors import DerivationError
-from mecanique.model.expression import compile_scalars
+from mecanique.model.expression import evaluate
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
@@ -245,19 +246,10 @@ class _Bench:
         return _Rates(slopes, ask(q, v, np.zeros(v.shape), t=t)[f"{joint}''"], still)
 
     def _differentiate(self, joint: str) -> _Rates:
-        """Return the rates of a driven coordinate from its formula."""
-        from sympy import Symbol, diff, sympify
-
-        place = sympify(self.base.coordinates.driven[joint])
-        names = dict(zip(self.base.coordinates, self.base.velocities, strict=True))
-
-        def rate(scalar: Any) -> Any:
-            moved = [diff(scalar, Symbol(name)) * Symbol(speed) for name, speed in names.items()]
-            return sum(moved, diff(scalar, Symbol("t")))
-
-        slopes = [diff(place, Symbol(name)) for name in names]
-        values = self._evaluate([*slopes, rate(rate(place)), diff(place, Symbol("t"))])
-        return _Rates(values[:, :-2], values[:, -2], values[:, -1])
+        """Return the rates of a driven coordinate from its formula, on jets."""
+        path = driven_paths(replace(self.states, mechanism=self.base))[joint]
+        slopes = path[0, 1:].T
+        return _Rates(slopes, 2 * path[2, 0], path[1, 0] - (slopes * self.states.v).sum(axis=1))
 
     def compare_letters(self, modes: Sequence[ModeEquations]) -> tuple[list[Row], list[str]]:
         """Compare modes that are solved in letters."""
@@ -318,8 +310,9 @@ class _Bench:
         nv, mass = self.base.nv, self.theirs.mass
         gained = (mass @ solution[:, :nv, None])[..., 0]
         size = np.linalg.norm(gained, axis=1)
-        still = _null_space(self.theirs.jacobian[:, list(element.rows)])
-        kept = [np.linalg.norm(N.T @ g) for N, g in zip(still, gained, strict=True)]
+        rows = self.theirs.jacobian[:, list(element.rows)]
+        pushed = (np.linalg.pinv(rows, rcond=1e-9) @ (rows @ gained[..., None]))[..., 0]
+        kept = np.linalg.norm(gained - pushed, axis=1)
         pair = np.column_stack([size, kept]), np.column_stack([size, np.zeros(len(size))])
         bound = EPSILON * condition * size
         return rows_of(
@@ -381,18 +374,11 @@ class _Bench:
 
     def _evaluate(self, scalars: Sequence[Any]) -> Array:
         """Return scalars at all states, shape (n, scalars)."""
-        from sympy import sympify
-
-        mechanism, states = self.mechanism, self.states
-        signals = [signal.symbol for signal in mechanism.inputs]
-        names = [*mechanism.coordinates, *mechanism.velocities, "t", *mechanism.values, *signals]
-        function: Callable[..., Any] = compile_scalars([sympify(s) for s in scalars], names)
-        laws = [signal.function(mechanism.values) for signal in mechanism.inputs]
-        constants = list(mechanism.values.values())
-        values = []
-        for q, v, t in zip(states.q.tolist(), states.v.tolist(), states.t.tolist(), strict=True):
-            values.append(function(*q, *v, t, *constants, *(law(t) for law in laws)))
-        return np.array(values, dtype=float).reshape(len(states.t), len(scalars))
+        values, out = self.states.values, np.empty((len(self.states), len(scalars)))
+        with np.errstate(all="ignore"):
+            for k, scalar in enumerate(scalars):
+                out[:, k] = evaluate(scalar, values)
+        return out
 
 
 def _find_worst(rows: Iterable[Row], source: str) -> list[Row]:
@@ -407,16 +393,6 @@ def _find_worst(rows: Iterable[Row], source: str) -> list[Row]:
 
 def _say(mode: Mapping[str, str]) -> str:
     return ", ".join(f"{name} {state}" for name, state in mode.items())
-
-
-def _null_space(rows: Array) -> list[Array]:
-    """Return the directions that rows (n, m, nv) do not move, shape (nv, any) at each state."""
-    spaces = []
-    for matrix in rows:
-        _, sizes, directions = np.linalg.svd(matrix)
-        rank = int((sizes > 1e-9 * sizes[0]).sum())
-        spaces.append(directions[rank:].T)
-    return spaces
 
 
 def _condition(system: Array) -> Array:

@@ -90,6 +90,11 @@ def relative_difference(x: Array, y: Array, least: float) -> Array:
     return np.where(finite, difference, np.inf)
 
 
+def differ_by(quantity: str, x: Array, y: Array, mass: Array, least: float = 1.0) -> Array:
+    """Return how two values of a quantity (n, …) differ at each state, relative, shape (n,)."""
+    return relative_difference(scale(quantity, x, mass), scale(quantity, y, mass), least)
+
+
 def relative_differences(x: Array, y: Array, least: float | None) -> Array:
     """Return how entries of x and y differ, shape (n, k); infinite if not finite."""
     with np.errstate(all="ignore"):

@@ -47,7 +47,7 @@ def is_possible(
     """Return at which states the equations of motion are defined, shape (n,)."""
     possible = np.ones(len(states.t), dtype=bool)
     with np.errstate(all="ignore"):
-        values = _values(mechanism, states.q, states.t)
+        values = joint_values(mechanism, states.values, Arithmetic())
         for name, (lower, upper) in mechanism.limits.items():
             possible &= (values[name] > lower) & (values[name] < upper)
         for name in mechanism.coordinates.driven:
@@ -79,15 +79,6 @@ def _condition(mass: Array) -> float:
         d = np.sqrt(np.diagonal(mass))
         scaled = mass / np.outer(d, d)
     return float(np.linalg.cond(scaled)) if np.isfinite(scaled).all() else 1.0
-
-
-def _values(mechanism: Mechanism, q: Array, t: Array) -> dict[str, Any]:
-    values: dict[str, Any] = {**mechanism.values, "t": t}
-    for signal in mechanism.inputs:
-        function = signal.function(mechanism.values)
-        values[signal.symbol] = np.array([function(float(instant)) for instant in t])
-    values.update({name: q[:, k] for k, name in enumerate(mechanism.coordinates)})
-    return joint_values(mechanism, values, Arithmetic())
 
 
 def _span(mechanism: Mechanism, force: LineLoad, values: dict[str, Any], n: int) -> Array:

@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from multiprocessing import get_context
 from time import perf_counter
@@ -31,13 +31,13 @@ class Entry:
 
     name: str  # of the robot or system
     root: str  # how the root link is held; empty for a textbook system
-    velocities: int  # number of generalized velocities, 0 if it was refused
+    velocities: int = 0  # number of generalized velocities, 0 if it was refused
     # the largest relative difference, of a disagreement if there is one; infinite if a number is
     # not finite or it was refused
-    worst: float
-    quantity: str  # where that difference is, or what went wrong
-    refused: str  # why it was refused, in one sentence; empty if it was compared
-    seconds: float  # how long it took [s]
+    worst: float = math.inf
+    quantity: str = ""  # where that difference is, or what went wrong
+    refused: str = ""  # why it was refused, in one sentence; empty if it was compared
+    seconds: float = 0.0  # how long it took [s]
     rounding: float = 0.0  # relative difference that rounding alone explains there
     allowed: float = TOLERANCE  # relative difference that counts as agreement there
 
@@ -86,18 +86,9 @@ class Survey:
             {**asdict(e), "worst": e.worst if math.isfinite(e.worst) else None}
             for e in self.entries
         ]
-        head = {
-            "agrees": self.agrees,
-            "summary": self.summary,
-            "samples": self.samples,
-            "seed": self.seed,
-        }
-        return json.dumps(
-            {**head, "tolerance": self.tolerance, "seconds": self.seconds, "entries": rows},
-            ensure_ascii=False,
-            allow_nan=False,
-            indent=2,
-        )
+        names = ("agrees", "summary", "samples", "seed", "tolerance", "seconds")
+        table = {**{name: getattr(self, name) for name in names}, "entries": rows}
+        return json.dumps(table, ensure_ascii=False, allow_nan=False, indent=2)
 
     def __str__(self) -> str:
         rows: list[tuple[str, ...]] = []
@@ -184,37 +175,25 @@ def _entries(
 
 
 def _entry(task: tuple[str, str], samples: int, seed: int) -> Entry:
-    name, root = task
-    start = perf_counter()
-    size, worst, quantity, refused, excused, allowed = 0, math.inf, "", "", 0.0, TOLERANCE
+    entry, start = Entry(*task), perf_counter()
     try:
-        mechanism = _load(name, root)
+        mechanism = _load(*task)
         from mecanique.verification.compare import compare
 
-        verdict = compare(mechanism, samples, seed, quick=bool(root))
-        size = mechanism.nv
+        verdict = compare(mechanism, samples, seed, quick=bool(entry.root))
+        entry = replace(entry, velocities=mechanism.nv)
         if verdict.rows:
             bad = [row for row in verdict.rows if not row.agrees]
             row = max(bad or verdict.rows, key=lambda row: row.worst)
-            worst, quantity, excused, allowed = row.worst, row.quantity, row.rounding, row.allowed
+            entry = replace(entry, worst=row.worst, quantity=row.quantity)
+            entry = replace(entry, rounding=row.rounding, allowed=row.allowed)
     except MecaniqueError as error:
-        refused = _short(str(error))
+        entry = replace(entry, refused=_short(str(error)))
     except Exception as error:
         # a fault of ours must not take the other rows along; it counts as a disagreement and is
         # reported
-        quantity = f"{type(error).__name__}: {error}"
-    seconds = perf_counter() - start
-    return Entry(
-        name=name,
-        root=root,
-        velocities=size,
-        worst=worst,
-        quantity=quantity,
-        refused=refused,
-        seconds=seconds,
-        rounding=excused,
-        allowed=allowed,
-    )
+        entry = replace(entry, quantity=f"{type(error).__name__}: {error}")
+    return replace(entry, seconds=perf_counter() - start)
 
 
 def _load(name: str, root: str) -> Mechanism:

@@ -15,11 +15,14 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.derivation import derive
+from mecanique.derivation.numeric.paths import constant_jet, coordinate_paths
+from mecanique.derivation.scalars.functions import function
+from mecanique.derivation.scalars.jets import Jet
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.expression import Scalar, evaluate, plain, symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
-from mecanique.verification.rows import moving_mass, relative_difference, scale
+from mecanique.verification.rows import differ_by, moving_mass
 from mecanique.verification.states import random_states
 from mecanique.verification.verdict import TOLERANCE
 
@@ -65,17 +68,8 @@ class Transformation:
         return "\n".join(lines)
 
 
-class _Map(NamedTuple):
-    """x = φ(y, t), x' = J y' + ∂φ/∂t and x'' = J y'' + γ, as expressions."""
-
-    phi: Expressions
-    velocity: Expressions
-    jacobian: list[Expressions]
-    gamma: Expressions
-
-
 class _Motion(NamedTuple):
-    """The same as numbers at n states: x, x', J and γ."""
+    """x = φ(y, t), x' = J y' + ∂φ/∂t, J and γ of x'' = J y'' + γ, at n states."""
 
     q: Array
     v: Array
@@ -93,9 +87,9 @@ def compare_coordinates(
     """Compare the equations of motion of one system in two sets of generalized coordinates."""
     # a coordinate that the relations leave out has the same name in both
     x, y = first.coordinates.names, second.coordinates.names
-    chart = _differentiate(first, second, relations)
+    phi, jacobian = _differentiate(first, second, relations)
     states = random_states(second, samples, seed)
-    motion = _evaluate(chart, second, states)
+    motion = _evaluate(phi, states)
     if not all(np.isfinite(part).all() for part in motion):
         raise InputError(
             f"the map of {first.name!r} has no finite value at some states of {second.name!r}"
@@ -104,18 +98,16 @@ def compare_coordinates(
     mass = moving_mass(second)
     worst = {}
     for quantity, values in transformed.items():
-        a, b = (
-            scale(quantity, part, expected["mass matrix"]) for part in (values, expected[quantity])
-        )
         least = 1.0 if quantity == "mass matrix" else mass**0.5
-        worst[quantity] = float(relative_difference(a, b, least).max())
+        M = expected["mass matrix"]
+        worst[quantity] = float(differ_by(quantity, values, expected[quantity], M, least).max())
     return Transformation(
         first=first.name,
         second=second.name,
-        map=dict(zip(x, chart.phi, strict=True)),
+        map=dict(zip(x, phi, strict=True)),
         rows=tuple(x),
         columns=tuple(y),
-        jacobian=tuple(tuple(row) for row in chart.jacobian),
+        jacobian=tuple(map(tuple, jacobian)),
         worst={
             "mass matrix": worst["mass matrix"],
             "all other terms": worst["bias"],
@@ -125,8 +117,10 @@ def compare_coordinates(
     )
 
 
-def _differentiate(first: Mechanism, second: Mechanism, relations: Mapping[str, Scalar]) -> _Map:
-    """Check the map between two sets of coordinates and differentiate it."""
+def _differentiate(
+    first: Mechanism, second: Mechanism, relations: Mapping[str, Scalar]
+) -> tuple[Expressions, list[Expressions]]:
+    """Check the map between two sets of coordinates; return φ and ∂φ/∂y."""
     from sympy import Symbol, diff, sympify
 
     x, y = first.coordinates.names, second.coordinates.names
@@ -147,36 +141,20 @@ def _differentiate(first: Mechanism, second: Mechanism, relations: Mapping[str, 
     # the expressions' own symbols, whatever is assumed of them
     symbols = {symbol.name: symbol for e in phi.values() for symbol in e.free_symbols}
     variables = [symbols.get(name, Symbol(name)) for name in y]
-    time = symbols.get("t", Symbol("t"))
-    rates = [Symbol(f"{name}'") for name in y]
-
-    def total(expression: Any) -> Any:
-        parts = (
-            diff(expression, variable) * rate
-            for variable, rate in zip(variables, rates, strict=True)
-        )
-        return sum(parts) + diff(expression, time)
-
-    velocity = [total(phi[name]) for name in x]
     jacobian = []
     for name in x:
         jacobian.append([diff(phi[name], variable) for variable in variables])
-    return _Map([phi[name] for name in x], velocity, jacobian, [total(v) for v in velocity])
+    return [phi[name] for name in x], jacobian
 
 
-def _evaluate(chart: _Map, second: Mechanism, states: States) -> _Motion:
-    n = len(states)
-    values = {**second.values, "t": states.t}
-    values |= dict(zip(second.coordinates.names, states.q.T, strict=True))
-    values |= dict(zip(second.velocities, states.v.T, strict=True))
-
-    def numbers(expressions: Expressions) -> Array:
-        with np.errstate(all="ignore"):
-            columns = [np.asarray(evaluate(e, values), dtype=float) for e in expressions]
-        return np.stack([np.broadcast_to(column, (n,)) for column in columns], axis=1)
-
-    jacobian = np.stack([numbers(row) for row in chart.jacobian], axis=1)
-    return _Motion(numbers(chart.phi), numbers(chart.velocity), jacobian, numbers(chart.gamma))
+def _evaluate(phi: Expressions, states: States) -> _Motion:
+    """Differentiate the map along the motion, on jets."""
+    paths, shape = coordinate_paths(states), (3, 1 + states.mechanism.nv, len(states))
+    with np.errstate(all="ignore"):
+        values = [evaluate(expression, paths, function=function) for expression in phi]
+    jets = [x if isinstance(x, Jet) else constant_jet(x, shape) for x in values]
+    c = np.stack([jet.c for jet in jets], axis=-1)
+    return _Motion(c[0, 0], c[1, 0], np.moveaxis(c[0, 1:], 0, -1), 2 * c[2, 0])
 
 
 def _transform(first: Mechanism, motion: _Motion, states: States) -> dict[str, Array]:
