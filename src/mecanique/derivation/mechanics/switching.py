@@ -1,4 +1,4 @@
-"""Elements that switch: the rows they have, and what holds in a mode, on scalars of any kind.
+"""Coulomb friction, stops, impacts: the rows of what switches, and what holds in a mode.
 
 In a mode M a = load + Σ w λ with J a = wanted in the rows it holds: w is Jᵀ of the row, and of the
 normal of a contact that slips J_nᵀ − μ Σ d J_tᵀ, d being the direction of slip. Of accelerations

@@ -1,6 +1,7 @@
 """Compute the equations of motion of many states at once, by the recursion along the tree.
 
-The laws are those of `mecanique.derivation.mechanics`, in vectors that are arrays over all states.
+The sweeps are those of `mecanique.derivation.mechanics.recursion`, in vectors that are arrays
+over all states.
 """
 
 from __future__ import annotations

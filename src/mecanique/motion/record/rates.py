@@ -1,4 +1,4 @@
-"""Rates of the coordinates and generalized velocities, batched over states.
+"""Rates of the coordinates and generalized velocities, and quaternions of unit length, in batches.
 
 They differ only where a joint's position is a unit quaternion (`Spherical`, `Floating`): there the
 velocities are components in the child's axes. Quaternions are (x, y, z, w).

@@ -498,7 +498,8 @@ class Corners:
     ) -> tuple[Array, list[tuple[int, float]]]:
         """Return the velocities without those of contacts whose bounces are over, and these.
 
-        With each comes the time that the rest of its bounces takes: from a speed u one takes 2 u/g
+        Bounces accumulate (chattering, after Zeno). With each contact comes the time that the rest
+        of its bounces takes: from a speed u one takes 2 u/g
         and the next e times that, together 2 u/(g (1 − e)).
         """
         terms = self.rows.at(q, v, t)

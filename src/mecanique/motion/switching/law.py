@@ -1,4 +1,4 @@
-"""Which modes of elements that switch follow in a state, and impacts.
+"""Which modes of elements that switch follow in a state (complementarity), and impacts.
 
 A mode follows if what it presupposes is so: normal forces press, what sticks needs no more than
 static friction, what opens parts, and what begins to slip does so against its friction (Pfeiffer &

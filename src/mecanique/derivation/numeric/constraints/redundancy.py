@@ -1,4 +1,7 @@
-"""Find redundant constraints: equations that follow from the others wherever these hold."""
+"""Find redundant constraints: equations that follow from the others wherever these hold.
+
+The rank in a single state is decided where multipliers are solved for (`multipliers`).
+"""
 
 from __future__ import annotations
 
