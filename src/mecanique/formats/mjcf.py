@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple, TypeAlias, final
@@ -47,6 +47,7 @@ from mecanique.model.bodies import Body
 from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.bodies.visuals import Mesh, Visual
 from mecanique.model.constraints.loops import Loop
+from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import (
     DISTANCE,
     Scalar,
@@ -69,6 +70,7 @@ from mecanique.model.joint_base import Limits, Single
 from mecanique.model.joints import Fixed, Floating, Joint, Prismatic, Revolute, Spherical
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import pose_of
+from mecanique.model.states import States
 from mecanique.urdf.markup import Element
 from mecanique.urdf.names import Names
 from mecanique.urdf.solids import Corners, Mass, no_mass, solid_of, sum_masses
@@ -209,16 +211,6 @@ class _Flow(NamedTuple):
         return self._replace(velocity=self.velocity + velocity, spin=self.spin + spin)
 
 
-class _Motion(NamedTuple):
-    """A degree of freedom in the position of the text, in the world."""
-
-    joint: str
-    child: str
-    turns: bool
-    axis: Array
-    anchor: Array
-
-
 _Site: TypeAlias = tuple[str, Array]
 """A place in a link: its name, and the pose in it."""
 
@@ -266,7 +258,6 @@ class _Reader(Source):
         self._rotors: dict[str, float] = {}
         self._carried_along: dict[str, float] = {}
         self._drives_lift = False
-        self._motions: list[_Motion] = []
         self._timed: dict[str, Array] = {}  # time constant and damping ratio of springs
 
     def read(self, source: str | os.PathLike[str]) -> Mechanism:
@@ -546,7 +537,7 @@ class _Reader(Source):
         for k, (child, kind, place) in enumerate(held):
             last = k == len(held) - 1
             moved = name if last else self._bodies.free(f"{name}_{k + 1}")
-            shift = self._joint(child, kind, place, (carrier, moved), origin @ shift, home)
+            shift = self._joint(child, kind, place, (carrier, moved), origin @ shift)
             if not last:
                 self._links.append(_Link(moved, no_mass(), [], shift, home))
             carrier, origin = moved, np.eye(4)
@@ -559,13 +550,7 @@ class _Reader(Source):
         self._fill(element, link, inherited, shift, (np.linalg.inv(parent.shift) @ pose)[:3, 3])
 
     def _joint(
-        self,
-        element: Element,
-        inherited: str,
-        frame: Array,
-        ends: tuple[str, str],
-        pose: Array,
-        home: Array,
+        self, element: Element, inherited: str, frame: Array, ends: tuple[str, str], pose: Array
     ) -> Array:
         """Add a joint, and return the pose of the body's frame in that of the joint's child.
 
@@ -575,7 +560,6 @@ class _Reader(Source):
             frame: the frame in the body in which it stands.
             ends: what it moves against, and what it moves.
             pose: of the body's frame in the parent before the joint moves.
-            home: of the body's frame in the world as the text shows it.
         """
         parent, child = ends
         kind = "freejoint" if element.tag == "freejoint" else "joint"
@@ -612,10 +596,6 @@ class _Reader(Source):
         at[:3, 3] = (frame @ [*self.numbers(element, texts, "pos", (0, 0, 0), 3), 1.0])[:3]
         if form in ("free", "ball"):
             at = np.eye(4) if form == "free" else at
-            shown = home @ at
-            for turns in (False, True) if form == "free" else (True,):
-                for axis in shown[:3, :3].T:
-                    self._motions.append(_Motion(name, child, turns, axis, shown[:3, 3]))
             ball = Spherical(name, parent, child, origin=placement_at(pose @ at))
             joint = Floating(name, parent, child) if form == "free" else ball
             self.joints.append(joint)
@@ -651,8 +631,6 @@ class _Reader(Source):
         )
         self._references[name] = reference
         self._rests[name] = rest
-        motion = _Motion(name, child, form == "hinge", home[:3, :3] @ axis, (home @ at)[:3, 3])
-        self._motions.append(motion)
         if all(timing > 0):
             self._timed[name] = timing
         else:
@@ -663,52 +641,27 @@ class _Reader(Source):
             self.resist(name, name, stiffness, np.full(2, rest), damping)
         return np.asarray(np.linalg.inv(at))
 
-    def _time_springs(self, masses: Mapping[str, Mass]) -> None:
+    def _time_springs(self, bodies: Sequence[Body]) -> None:
         """Add springs and dampers that the inertia in the position of the text determines.
 
         It is that of the joint while all others are free, 1/(M⁻¹)ₖₖ.
         """
         if not self._timed:
             return
-        inertia = 1 / np.diag(np.linalg.inv(self._mass_matrix(masses)))
-        places = {motion.joint: k for k, motion in enumerate(self._motions)}
+        from mecanique.derivation.numeric.recursion import Recursion
+
+        laws = Coordinates((), {name: self.laws[name][1] for name in self._lengths})
+        joints = tuple(self.joints)
+        tree = Mechanism("tree", tuple(bodies), joints, coordinates=laws, ground=GROUND)
+        at = {name: q for name, q in self._references.items() if name in tree.coordinates}
+        (M,) = Recursion(tree).mass_matrix(States.of(tree, at))
+        inertia = 1 / np.diag(np.linalg.inv(M))
         for joint, (constant, ratio) in self._timed.items():
             stiffness, damping = np.zeros((2, 3))
-            stiffness[0] = inertia[places[joint]] / (constant * ratio) ** 2
-            damping[0] = 2 * inertia[places[joint]] / constant
-            stiffness *= self._settings.has("spring")
-            damping *= self._settings.has("damper")
+            own = inertia[tree.velocities.index(f"{joint}'")]
+            stiffness[0] = self._settings.has("spring") * own / (constant * ratio) ** 2
+            damping[0] = self._settings.has("damper") * 2 * own / constant
             self.resist(joint, joint, stiffness, np.full(2, self._rests[joint]), damping)
-
-    def _mass_matrix(self, masses: Mapping[str, Mass]) -> Array:
-        """The mass matrix in the position of the text, in the order of `_motions`."""
-        carriers = {joint.child: joint for joint in self.joints}
-        rotors = [
-            joint.armature if isinstance(joint := carriers[motion.child], Single) else 0.0
-            for motion in self._motions
-        ]
-        loads = [self._rotors.get(motion.child, 0.0) for motion in self._motions]
-        M = np.diag(np.array(rotors, dtype=float) + np.array(loads))
-        for link in self._links:
-            part, carrying, body = masses[link.name].move(link.home), {link.name}, link.name
-            while body in carriers:
-                body = carriers[body].parent
-                carrying.add(body)
-            spins = np.zeros((len(M), 3))
-            slides = np.zeros((len(M), 3))
-            for k, motion in enumerate(self._motions):
-                if motion.child in carrying and motion.turns:
-                    spins[k] = motion.axis
-                    slides[k] = np.cross(motion.axis, part.center - motion.anchor)
-                elif motion.child in carrying:
-                    slides[k] = motion.axis
-            M += part.mass * slides @ slides.T + spins @ part.inertia @ spins.T
-        for joint in self.joints:
-            if isinstance(joint, Single) and joint.name in self._lengths and joint.armature:
-                law, at = plain(self.laws[joint.name][1]), self._references
-                rates = [evaluate(law.diff(coordinate(m.joint)), at) for m in self._motions]
-                M += joint.armature * np.outer(rates, rates)
-        return M
 
     def _limits(self, element: Element, texts: Mapping[str, str], unit: float) -> Limits | None:
         """The bounds of a joint's position, and of its effort where both signs have the same."""
@@ -1235,25 +1188,27 @@ class _Reader(Source):
         loops, follows = self._close(root), self.compose_laws()
         if s.passive and (s.density or s.viscosity):
             self._immerse(root.child("option") or root, follows)
-        masses = {
-            link.name: Mass(scale * link.mass.mass, link.mass.center, scale * link.mass.inertia)
-            for link in self._links
-        }
-        self._time_springs(masses)
-        self.forces = [_in_free_joints(force, follows) for force in self.forces]
         bodies = []
         for link in self._links:
-            whole = masses[link.name]
-            self.lift(link.name, "gravcomp", whole.center, s.passive * link.lift * whole.mass)
+            whole = link.mass = replace(
+                link.mass, mass=scale * link.mass.mass, inertia=scale * link.mass.inertia, axes=None
+            )
             # a rotor of a ball resists turning alike about all axes, as a sphere does
-            whole.inertia = whole.inertia + self._rotors.get(link.name, 0.0) * np.eye(3)
+            whole = replace(
+                whole, inertia=whole.inertia + self._rotors.get(link.name, 0.0) * np.eye(3)
+            )
             if load := self._carried_along.get(link.name, 0.0):
-                # that of a free joint resists the origin's acceleration as a mass there without
-                # weight would
+                # that of a free joint resists the origin's acceleration as a mass there does
                 whole = sum_masses([whole, Mass(load, np.zeros(3), np.zeros((3, 3)))])
-                self.lift(link.name, "armature", np.zeros(3), load)
             bodies.append(whole.body(link.name, link.visuals))
         bodies += map(Body, self._lengths.values())
+        self._time_springs(bodies)
+        self.forces = [_in_free_joints(force, follows) for force in self.forces]
+        for link in self._links:
+            weight = s.passive * link.lift * link.mass.mass
+            self.lift(link.name, "gravcomp", link.mass.center, weight)
+            # that mass has no weight
+            self.lift(link.name, "armature", np.zeros(3), self._carried_along.get(link.name, 0.0))
         if self._drives_lift and any(link.lift for link in self._links):
             self.omitted["bound of actuators on the compensation of gravity"] += 1
         name = root.attributes.get("model", "MuJoCo model")
