@@ -74,14 +74,9 @@ def _size(document: UrdfDocument, report: Report) -> None:
         report.add("M701", document.element, f"the robot has {count} velocities")
     if document.root is None:
         return
-    carrier = {joint.child: joint.parent for joint in document.joints}
     depth = {document.root: 0}
-    for link in document.links:
-        chain = [link.name]
-        while chain[-1] not in depth:
-            chain.append(carrier[chain[-1]])
-        start = depth[chain[-1]]
-        depth.update({name: start + k for k, name in enumerate(reversed(chain))})
+    for joint in document.tree:
+        depth[joint.child] = depth[joint.parent] + 1
     if max(depth.values()) > MOST_DEPTH:
         longest = f"the longest chain has {max(depth.values())} joints"
         report.add("M702", document.element, longest)

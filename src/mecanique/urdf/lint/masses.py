@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -35,49 +36,38 @@ def check(document: UrdfDocument, report: Report) -> None:
         if link.name == root and not link.massless:
             report.add("M211", link, f"the root link has a mass of {link.mass:g} kg")
     if root is not None:
-        _massless(document, root, report)
+        _massless(document, report)
 
 
-def _massless(document: UrdfDocument, root: str, report: Report) -> None:
+def _massless(document: UrdfDocument, report: Report) -> None:
+    heavy = {link.name: not link.massless for link in document.links}
+    for joint in reversed(document.tree):
+        heavy[joint.parent] |= heavy[joint.child]
     links = {link.name: link for link in document.links}
-    below: dict[str, list[JointText]] = {}
-    for joint in document.joints:
-        below.setdefault(joint.parent, []).append(joint)
-    order = [root]
-    for name in order:
-        order.extend(joint.child for joint in below.get(name, ()))
-    heavy: dict[str, bool] = {}
-    for name in reversed(order):
-        heavy[name] = not links[name].massless or any(
-            heavy[joint.child] for joint in below.get(name, ())
-        )
+    # the joint that moves each link, if one does, and the pose of the link where it is carried
+    movers: dict[str, tuple[str, Array]] = {}
+    beyond: set[str] = set()
+    for joint in document.tree:
+        mover, pose = movers.get(joint.parent, ("", np.eye(4)))
+        if joint.moving:
+            movers[joint.child] = joint.name, np.eye(4)
+            beyond |= {mover} if heavy[joint.child] else set()
+        elif mover:
+            movers[joint.child] = mover, pose @ pose_of(joint.origin)
+    carried: dict[str, list[tuple[UrdfLink, Array]]] = defaultdict(list)
+    for name, (mover, pose) in movers.items():
+        carried[mover] += [] if links[name].massless else [(links[name], pose)]
     for joint in document.joints:
         if not joint.moving or joint.armature or joint.name in document.mimics:
             continue
         if not heavy[joint.child]:
             report.add("M206", joint, "it moves nothing that has mass")
-            continue
-        rigid = _rigid(links[joint.child], links, below)
-        if any(heavy[moving.child] for _, _, moving in rigid if moving is not None):
-            continue  # what moves further may resist in other positions
-        carried = [(link, pose) for link, pose, _ in rigid if not link.massless]
-        if _no_resistance(joint, carried):
-            names = " and ".join(repr(link.name) for link, _ in carried)
-            verb = "link {} does" if len(carried) == 1 else "links {} do"
-            message = f"{verb.format(names)} not resist this motion"
+        # what moves further may resist in other positions
+        elif joint.name not in beyond and _no_resistance(joint, carried[joint.name]):
+            names = [repr(link.name) for link, _ in carried[joint.name]]
+            verb = "link {} does" if len(names) == 1 else "links {} do"
+            message = f"{verb.format(' and '.join(names))} not resist this motion"
             report.add("M206", joint, message)
-
-
-def _rigid(
-    first: UrdfLink, links: Mapping[str, UrdfLink], below: Mapping[str, list[JointText]]
-) -> list[tuple[UrdfLink, Array, JointText | None]]:
-    """The links welded to one, with their poses in it, and the joints at which others move."""
-    welded: list[tuple[UrdfLink, Array, JointText | None]] = [(first, np.eye(4), None)]
-    for link, pose, moving in welded:
-        for joint in () if moving else below.get(link.name, ()):
-            place = pose @ pose_of(joint.origin)
-            welded.append((links[joint.child], place, joint if joint.moving else None))
-    return welded
 
 
 def _no_resistance(joint: JointText, carried: Sequence[tuple[UrdfLink, Array]]) -> bool:

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any, final
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.model.bodies.tensor import tensor_of
+from mecanique.model.placement import pose_of
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.document import UrdfDocument
 from mecanique.urdf.reading.links import UrdfLink
+from mecanique.urdf.solids import Mass
 
 _MASS, _MOMENT = 0.01, 0.05
 """Relative differences of masses and moments of inertia that drawings of two sides may have."""
@@ -37,16 +38,6 @@ _OTHER |= {"Left": "Right"}
 _WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|[0-9]+|[^A-Za-z0-9]+")
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class _Seen:
-    """A link in the root's axes, with all joints at zero."""
-
-    origin: Array  # of its frame, shape (3,) [m]
-    center: Array  # of mass, shape (3,) [m]
-    inertia: Array  # about the center, shape (3, 3) [kg·m²]
-
-
 def mirror_name(name: str) -> str:
     """Return what the same part of the right side is called; "" for one that is not on the left."""
     words = _WORDS.findall(name)
@@ -54,74 +45,57 @@ def mirror_name(name: str) -> str:
     if count == 1:
         return "".join(_OTHER.get(word, word) for word in words)
     # LLEG_LINK1, lhip
-    return (
-        {"L": "R", "l": "r"}[name[0]] + name[1:]
-        if not count and name.startswith(("L", "l"))
-        else ""
-    )
+    first = {"L": "R", "l": "r"}.get(name[:1], "")
+    return first + name[1:] if first and not count else ""
 
 
 def check(document: UrdfDocument, report: Report) -> None:
     """Note links of the right side that do not mirror those of the left."""
+    if document.root is None:
+        return
     links = {link.name: link for link in document.links}
-    seen = _look(document, links)
+    poses = {document.root: np.eye(4)}  # with all joints at zero, in the root
+    for joint in document.tree:
+        poses[joint.child] = poses[joint.parent] @ pose_of(joint.origin)
     least = _LIGHT * sum(link.mass for link in document.links)
     for left in document.links:
         right = links.get(mirror_name(left.name))
-        if right is None or left.name not in seen or right.name not in seen:
+        if right is None or max(left.mass, right.mass) <= least:
             continue
-        if max(left.mass, right.mass) <= least:
-            continue
-        a, b = seen[left.name], seen[right.name]
+        a, b = poses[left.name], poses[right.name]
         # what only bears such a name, as on a robot with two arms side by side
-        if np.linalg.norm(b.origin - _MIRROR * a.origin) > _NEAR:
+        if np.linalg.norm(b[:3, 3] - _MIRROR * a[:3, 3]) > _NEAR:
             continue
-        differences = list(_differences(left, right, a, b))
+        differences = list(_differences(_look(left, a), _look(right, b), a, b))
         if differences:
             message = f"it is not link {left.name!r} mirrored: {'; '.join(differences)}"
             report.add("M212", right, message)
 
 
-def _differences(left: UrdfLink, right: UrdfLink, a: _Seen, b: _Seen) -> Iterator[str]:
+def _look(link: UrdfLink, pose: Array) -> Mass:
+    """Return the mass of a link in the root's axes."""
+    mass = Mass(link.mass, np.zeros(3), tensor_of(link.inertia))
+    return mass.move(pose @ pose_of(link.frame))
+
+
+def _differences(left: Mass, right: Mass, a: Array, b: Array) -> Iterator[str]:
+    """Yield what differs between masses on both sides, with the poses of their links."""
     if abs(left.mass - right.mass) > _MASS * max(left.mass, right.mass):
         yield f"{right.mass:g} kg, not {left.mass:g} kg"
-    expected = _MIRROR * a.center
-    reach = max(float(np.linalg.norm(link.center - link.origin)) for link in (a, b))
-    off = float(np.linalg.norm(b.center - expected))
+    sides = ((left, a), (right, b))
+    reach = max(float(np.linalg.norm(mass.center - pose[:3, 3])) for mass, pose in sides)
+    off = float(np.linalg.norm(right.center - _MIRROR * left.center))
     if off > max(_NEAR, _MOMENT * reach):
         yield f"its center of mass is {1000 * off:.3g} mm away from there"
         return
-    inertia = np.outer(_MIRROR, _MIRROR) * a.inertia
-    size = max(np.abs(a.inertia).max(), np.abs(b.inertia).max())
-    if np.abs(b.inertia - inertia).max() > _MOMENT * size:
-        ours, theirs = np.linalg.eigvalsh(b.inertia), np.linalg.eigvalsh(inertia)
+    inertia = np.outer(_MIRROR, _MIRROR) * left.inertia
+    size = max(np.abs(left.inertia).max(), np.abs(right.inertia).max())
+    if np.abs(right.inertia - inertia).max() > _MOMENT * size:
+        ours, theirs = np.linalg.eigvalsh(right.inertia), np.linalg.eigvalsh(inertia)
         if np.abs(ours - theirs).max() > _MOMENT * size:
             yield f"principal moments {_list(ours)}, not {_list(theirs)} kg·m²"
         else:
             yield "the same principal moments of inertia, about other axes"
-
-
-def _look(document: UrdfDocument, links: Mapping[str, UrdfLink]) -> dict[str, _Seen]:
-    """Return every link as seen from the root with all joints at zero."""
-    if document.root is None:
-        return {}
-    poses = {document.root: (np.eye(3), np.zeros(3))}
-    below: dict[str, list[tuple[str, Array, Array]]] = {}
-    for joint in document.joints:
-        turn, shift = np.array(joint.origin.rotation, float), np.array(joint.origin.xyz, float)
-        below.setdefault(joint.parent, []).append((joint.child, turn, shift))
-    seen = {}
-    order = [document.root]
-    for name in order:
-        turn, origin = poses[name]
-        for child, rotation, shift in below.get(name, ()):
-            poses[child] = turn @ rotation, origin + turn @ shift
-            order.append(child)
-        link = links[name]
-        axes = turn @ np.array(link.frame.rotation, float)
-        center = origin + turn @ np.array(link.frame.xyz, float)
-        seen[name] = _Seen(origin, center, axes @ tensor_of(link.inertia) @ axes.T)
-    return seen
 
 
 def _list(values: npt.NDArray[np.floating[Any]]) -> str:

@@ -6,6 +6,7 @@ import os
 import stat
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import final
 
@@ -111,6 +112,17 @@ class UrdfDocument:
     lost: tuple[Passage, ...]  # the meshes that were not found
     searched: str  # where packages were looked for, in words
     values: XacroValues  # of a xacro file's arguments and properties; none of another's
+
+    @cached_property
+    def tree(self) -> tuple[JointText, ...]:
+        """The joints from the root on, each behind that which carries its parent."""
+        below: dict[str, list[JointText]] = {}
+        for joint in self.joints:
+            below.setdefault(joint.parent, []).append(joint)
+        order = [] if self.root is None else below.get(self.root, [])[:]
+        for joint in order:
+            order += below.get(joint.child, ())
+        return tuple(order)
 
 
 def read_document(
