@@ -16,7 +16,6 @@ from mecanique.errors import InputError, UrdfError
 from mecanique.files import write_whole
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Rgba, Sphere, Visual
-from mecanique.model.constraints.friction import Contact
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.expression import Scalar, Vector, plain, symbols_in
 from mecanique.model.force_base import BodyLoad, JointLoad, LineLoad, loads_in
@@ -461,10 +460,9 @@ def ends_of_tags(mechanism: Mechanism) -> set[str]:
         elif isinstance(force, JointSpring):
             joint = mechanism.joint(force.joint)
             ends |= {joint.parent, joint.child}
-    for closure in (*mechanism.loops, *mechanism.elements):
-        ends |= {*closure.bodies}
-    touching = [element for element in mechanism.switching if isinstance(element, Contact)]
-    for contact in (*mechanism.contacts, *touching):
+    for part in (*mechanism.loops, *mechanism.elements, *mechanism.switching):
+        ends |= {*part.bodies}
+    for contact in mechanism.contacts:
         ends |= {contact.body, contact.on}
     return ends
 

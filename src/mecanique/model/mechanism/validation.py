@@ -9,16 +9,18 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 
 from mecanique.errors import MecaniqueError
-from mecanique.model.constraints.friction import Capstan, Contact, Friction
+from mecanique.model.constraint_base import ContactBase, SwitchingElement, list_cord_runs
+from mecanique.model.constraints.friction import Contact, Friction
 from mecanique.model.constraints.gears import Gear, Rack
+from mecanique.model.constraints.loops import Loop
 from mecanique.model.constraints.velocity_constraints import is_integrable
 from mecanique.model.expression import DISTANCE, FUNCTIONS, Scalar, evaluate, plain, symbols_in
 from mecanique.model.force_base import AnyForce, JointLoad
 from mecanique.model.joint_base import Single
-from mecanique.model.joints import Planar, Prismatic, Revolute
+from mecanique.model.joints import Planar
 from mecanique.model.mechanism.description import Description
 from mecanique.model.mechanism.homogeneity import find_mismatches
-from mecanique.model.statements import NumberRule
+from mecanique.model.statements import MechanismPart, NumberRule
 
 MASS = "its mass is negative ({} kg)"
 MOMENT = "its inertia has a negative principal moment ({} kg·m²)"
@@ -68,67 +70,42 @@ def find_broken(rules: Iterable[NumberRule], values: Mapping[str, float]) -> lis
     return faults
 
 
-def find_constraint_faults(m: Description) -> Iterator[str]:
-    """Yield what is wrong with the constraints of a mechanism before any value is known."""
-    yield from _loops(m)
-    yield from _contacts(m)
-    yield from _velocity_constraints(m)
-    yield from _elements(m)
-    yield from _switching(m)
-
-
-def _strangers(m: Description, where: str, names: Iterable[str]) -> Iterator[str]:
-    """Names that no body has."""
+def _parts(m: Description) -> Iterator[str]:
+    """Yield which parts refer to what is not there, or join a body to itself."""
     bodies = {body.name for body in m.bodies}
-    return (f"{where}: {name!r} is no body" for name in names if name not in bodies)
+    joints = {joint.name: joint for joint in m.joints if isinstance(joint, Single)}
+    for part in m.parts:
+        where = part.title
+        touching = isinstance(part, ContactBase | Contact)
+        ends = (part.body, part.on) if touching else part.bodies
+        yield from (f"{where}: {name!r} is no body" for name in ends if name not in bodies)
+        for name, kind in _seats(part).items():
+            joint = joints.get(name)
+            if kind and (joint is None or joint.noun != kind):
+                yield f"{where}: expected the name of a {kind}, got {name!r}"
+            elif joint is None:
+                yield f"{where}: {name!r} is no joint with one coordinate"
+        if isinstance(part, Loop) and part.body_a == part.body_b:
+            yield f"{where} joins body {part.body_a!r} to itself"
+        if touching and part.body == part.on:
+            yield f"{where}: body {part.body!r} touches itself"
+    pressing = {switch.name for switch in m.switching if not isinstance(switch, Friction)}
+    for switch in m.switching:
+        if switch.pressed_by is not None and switch.pressed_by not in pressing:
+            yield f"{switch.title}: {switch.pressed_by!r}, its load, is no contact or stop"
 
 
-def _loops(m: Description) -> Iterator[str]:
-    for loop in m.loops:
-        yield from _strangers(m, f"loop {loop.name!r}", (loop.body_a, loop.body_b))
-        if loop.body_a == loop.body_b:
-            yield f"loop {loop.name!r} joins body {loop.body_a!r} to itself"
-
-
-def _contacts(m: Description) -> Iterator[str]:
-    for contact in m.contacts:
-        where = f"contact {contact.name!r}"
-        yield from _strangers(m, where, (contact.body, contact.on))
-        if contact.body == contact.on:
-            yield f"{where}: body {contact.body!r} touches itself"
-
-
-def _elements(m: Description) -> Iterator[str]:
-    for element in m.elements:
-        yield from _strangers(m, f"element {element.name!r}", element.bodies)
-        if isinstance(element, (Gear, Rack)):
-            yield from _meshes(m, element)
-
-
-def _switching(m: Description) -> Iterator[str]:
-    single = {joint.name for joint in m.joints if isinstance(joint, Single)}
-    slides = {joint.name for joint in m.joints if isinstance(joint, Prismatic)}
-    for element in m.switching:
-        where = f"switching element {element.name!r}"
-        yield from _strangers(m, where, element.bodies)
-        if isinstance(element, Contact) and element.body == element.on:
-            yield f"{where}: body {element.body!r} touches itself"
-        for joint in {name for row in element.joint_rows for name, _ in row.weights}:
-            if joint not in single:
-                yield f"{where}: {joint!r} is no joint with one coordinate"
-            elif isinstance(element, Capstan) and joint not in slides:
-                yield f"{where}: expected the name of a slide, got {joint!r}"
-        pressing = {switch.name for switch in m.switching if not isinstance(switch, Friction)}
-        if element.pressed_by is not None and element.pressed_by not in pressing:
-            yield f"{where}: {element.pressed_by!r}, its load, is no contact or stop"
-
-
-def _meshes(m: Description, element: Gear | Rack) -> Iterator[str]:
-    kinds = Revolute, Revolute if isinstance(element, Gear) else Prismatic
-    joints = {joint.name: joint for joint in m.joints}
-    for name, kind in zip(element.joints, kinds, strict=True):
-        if not isinstance(joints.get(name), kind):
-            yield f"element {element.name!r}: expected the name of a {kind.noun}, got {name!r}"
+def _seats(part: MechanismPart) -> Mapping[str, str]:
+    """The joints that a part acts in, each a "hinge" or "slide" if no other will do."""
+    match part:
+        case JointLoad():
+            return dict.fromkeys(part.joints, "")
+        case Gear() | Rack():
+            return {part.wheel: "hinge", part.other: "hinge" if isinstance(part, Gear) else "slide"}
+        case SwitchingElement():
+            kind = "slide" if list_cord_runs(part) else ""
+            return {joint: kind for row in part.joint_rows for joint, _ in row.weights}
+    return {}
 
 
 def _velocity_constraints(m: Description) -> Iterator[str]:
@@ -167,7 +144,7 @@ def faults(mechanism: Description) -> list[str]:
     """Return every fault of a mechanism, one sentence each."""
     sentences = [*_names(mechanism), *_symbols(mechanism)]
     sentences += [*_tree(mechanism)]
-    sentences += [*_joints(mechanism), *_forces(mechanism), *find_constraint_faults(mechanism)]
+    sentences += [*_joints(mechanism), *_parts(mechanism), *_velocity_constraints(mechanism)]
     # values can be judged only when every symbol is known
     return sentences or [
         *find_mismatches(mechanism),
@@ -382,19 +359,6 @@ def _joints(m: Description) -> Iterator[str]:
                 )
             if not (limits.effort >= 0 and limits.velocity >= 0):
                 yield f"{where}: its limits of effort and velocity must not be negative"
-
-
-def _forces(m: Description) -> Iterator[str]:
-    bodies = {body.name for body in m.bodies}
-    single = {joint.name for joint in m.joints if isinstance(joint, Single)}
-    for force in m.forces:
-        where = f"force {force.name!r}"
-        for joint in force.joints if isinstance(force, JointLoad) else ():
-            if joint not in single:
-                yield f"{where}: {joint!r} is no joint with one coordinate"
-        for name in force.bodies:
-            if name not in bodies:
-                yield f"{where}: {name!r} is no body"
 
 
 def _bodies(m: Description) -> Iterator[str]:
