@@ -13,7 +13,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple, TypeAlias, final
+from typing import Any, NamedTuple, TypeAlias, final
 
 import numpy as np
 
@@ -32,6 +32,7 @@ from mecanique.formats.solids import (
 from mecanique.formats.sources import (
     GROUND,
     MOST_ELEMENTS,
+    Given,
     Source,
     beyond,
     draw,
@@ -183,15 +184,6 @@ class _Link:
     lift: float = 0.0
 
 
-@final
-@dataclass
-class _Mesh:
-    """A mesh of the assets, in the frame that its geoms are placed by."""
-
-    mass: Mass
-    visual: Mesh | None
-
-
 class _Flow(NamedTuple):
     """How a frame moves, and the wind, in its own axes: numbers or expressions, shape (3,) each."""
 
@@ -249,8 +241,8 @@ class _Reader(Source):
         self._sites: dict[str, tuple[str, Array]] = {}
         self._references: dict[str, float] = {}
         self._rests: dict[str, float] = {}
-        self._meshes: dict[str, tuple[Element, dict[str, str]]] = {}
-        self._solids: dict[str, _Mesh] = {}
+        self._meshes: dict[str, Given] = {}
+        self._solids: dict[str, Mass] = {}
         self._fields: dict[str, Array] = {}  # half the sizes of boxes with the mass of heights
         self._tendons: dict[str, _Tendon] = {}
         self._lengths: dict[str, str] = {}  # bodies of joints that are as far as tendons are long
@@ -320,27 +312,25 @@ class _Reader(Source):
         s.sequence = texts.get("eulerseq", s.sequence)
         s.autolimits = texts.get("autolimits", str(s.autolimits).lower()) == "true"
         s.from_geoms = texts.get("inertiafromgeom", s.from_geoms)
-        low, high = self.numbers(element, texts, "inertiagrouprange", s.groups, 2)
+        low, high = texts.numbers("inertiagrouprange", s.groups)
         s.groups = (low, high)
-        s.least_mass = self.number(element, texts, "boundmass", s.least_mass)
-        s.least_inertia = self.number(element, texts, "boundinertia", s.least_inertia)
+        s.least_mass = texts.number("boundmass", s.least_mass)
+        s.least_inertia = texts.number("boundinertia", s.least_inertia)
         s.balance = texts.get("balanceinertia", str(s.balance).lower()) == "true"
-        s.total = self.number(element, texts, "settotalmass", s.total)
+        s.total = texts.number("settotalmass", s.total)
         s.fits_box = texts.get("fitaabb", str(s.fits_box).lower()) == "true"
         s.strips = texts.get("strippath", str(s.strips).lower()) == "true"
         s.folder = texts.get("meshdir", texts.get("assetdir", s.folder))
-        if (
-            texts.get("coordinate", "local") != "local"
-            or texts.get("alignfree", "false") != "false"
-        ):
+        given = texts.get("coordinate", "local"), texts.get("alignfree", "false")
+        if given != ("local", "false"):
             raise self.refuse(element, "coordinate and alignfree of <compiler> are not read")
 
     def _set_options(self, element: Element) -> None:
         texts, s = self._attributes(element, "option", {}), self._settings
-        self.gravity = self.numbers(element, texts, "gravity", self.gravity, 3)
-        s.density = self.number(element, texts, "density", s.density)
-        s.viscosity = self.number(element, texts, "viscosity", s.viscosity)
-        s.wind = self.numbers(element, texts, "wind", s.wind, 3)
+        self.gravity = texts.numbers("gravity", self.gravity)
+        s.density = texts.number("density", s.density)
+        s.viscosity = texts.number("viscosity", s.viscosity)
+        s.wind = texts.numbers("wind", s.wind)
         for flag in element.all("flag"):
             whole = flag.attributes.get("passive")  # of MuJoCo until 3.3
             s.flags |= {} if whole is None else {"spring": whole, "damper": whole}
@@ -360,9 +350,7 @@ class _Reader(Source):
                 raise self.refuse(child, "a class of defaults inside another needs a name")
             self._define(child, inner, table)
 
-    def _attributes(
-        self, element: Element, kind: str, defaults: Mapping[str, str]
-    ) -> dict[str, str]:
+    def _attributes(self, element: Element, kind: str, defaults: Mapping[str, str]) -> Given:
         """Return an element's attributes over its defaults; refuse what is not read."""
         self.count(element)
         known = _READ[kind].replace("|", " ").split()
@@ -370,7 +358,7 @@ class _Reader(Source):
             if name not in known:
                 raise self.refuse(element, f"{name}=… of <{element.tag}> is not read")
         inherited = {name: text for name, text in defaults.items() if name in known}
-        return _overlay(inherited, element.attributes)
+        return Given(self, element, _overlay(inherited, element.attributes))
 
     def _defaults(self, element: Element, kind: str, inherited: str = "main") -> dict[str, str]:
         """Return what an element's class of defaults says of its kind."""
@@ -379,38 +367,38 @@ class _Reader(Source):
             raise self.refuse(element, f"there is no class of defaults {name!r}")
         return self._classes[name].get(kind, {})
 
-    def _resolve(self, element: Element, kind: str, inherited: str) -> dict[str, str]:
+    def _resolve(self, element: Element, kind: str, inherited: str) -> Given:
         return self._attributes(element, kind, self._defaults(element, element.tag, inherited))
 
     # numbers
 
-    def _pose(self, element: Element, texts: Mapping[str, str]) -> Array:
+    def _pose(self, texts: Given) -> Array:
         pose = np.eye(4)
-        pose[:3, :3] = self._turn(element, texts)
-        pose[:3, 3] = self.numbers(element, texts, "pos", (0, 0, 0), 3)
+        pose[:3, :3] = self._turn(texts)
+        pose[:3, 3] = texts.numbers("pos", (0, 0, 0))
         return pose
 
-    def _turn(self, element: Element, texts: Mapping[str, str]) -> Array:
+    def _turn(self, texts: Given) -> Array:
         """The rotation matrix of an orientation in any of MuJoCo's five forms."""
         unit = math.radians(1) if self._settings.degrees else 1.0
         given = [name for name in _ORIENTATIONS if name in texts]
         if len(given) > 1:
-            raise self.refuse(element, f"expected one orientation, got {' and '.join(given)}")
+            raise texts.refuse(f"expected one orientation, got {' and '.join(given)}")
         match given:
             case ["quat"]:
-                return turn_of(self.numbers(element, texts, "quat", (1, 0, 0, 0), 4))
+                return turn_of(texts.numbers("quat", (1, 0, 0, 0)))
             case ["axisangle"]:
-                x, y, z, angle = self.numbers(element, texts, "axisangle", (0,) * 4, 4)
+                x, y, z, angle = texts.numbers("axisangle", (0,) * 4)
                 return turn_about((x, y, z), angle * unit)
             case ["xyaxes"]:
-                axes = self.numbers(element, texts, "xyaxes", (0,) * 6, 6)
+                axes = texts.numbers("xyaxes", (0,) * 6)
                 x_axis = unit_vector(axes[:3])
                 y_axis = unit_vector(axes[3:] - (axes[3:] @ x_axis) * x_axis)
                 return np.column_stack([x_axis, y_axis, np.cross(x_axis, y_axis)])
             case ["zaxis"]:
-                return turn_from_z(self.numbers(element, texts, "zaxis", (0, 0, 1), 3))
+                return turn_from_z(texts.numbers("zaxis", (0, 0, 1)))
             case ["euler"]:
-                angles = self.numbers(element, texts, "euler", (0, 0, 0), 3) * unit
+                angles = texts.numbers("euler", (0, 0, 0)) * unit
                 turn = np.eye(3)
                 for letter, angle in zip(self._settings.sequence, angles, strict=True):
                     step = turn_about(np.eye(3)["xyz".index(letter.lower())], angle)
@@ -434,14 +422,14 @@ class _Reader(Source):
         if element.tag != "replicate":
             return [whole]
         texts = self._attributes(element, "replicate", {})
-        count = self.number(element, texts, "count", 0.0)
+        count = texts.number("count", 0.0)
         size = sum(1 for _ in whole.walk())
         if not (count >= 1 and count == int(count)):
             raise self.refuse(element, f"expected a count of copies, got {texts.get('count')!r}")
         if count * size > MOST_ELEMENTS:
             raise self.refuse(element, f"more than {MOST_ELEMENTS:,} elements")
-        offset = self.numbers(element, texts, "offset", (0, 0, 0), 3)
-        angles = self.numbers(element, texts, "euler", (0, 0, 0), 3)
+        offset = texts.numbers("offset", (0, 0, 0))
+        angles = texts.numbers("euler", (0, 0, 0))
         place, frames = np.zeros(3), []
         digits = len(str(int(count)))
         for k in range(int(count)):
@@ -454,7 +442,9 @@ class _Reader(Source):
                 attributes["childclass"] = texts["childclass"]
             named = tuple(_rename(child, end) for child in children)
             frames.append(replace(element, tag="frame", attributes=attributes, children=named))
-            place = place + self._turn(element, {"euler": attributes["euler"]}) @ offset
+            place = (
+                place + self._turn(Given(self, element, {"euler": attributes["euler"]})) @ offset
+            )
         return frames
 
     def _contents(
@@ -467,7 +457,7 @@ class _Reader(Source):
                 continue
             texts = self._attributes(child, "frame", {})
             inner = texts.get("childclass", inherited)
-            yield from self._contents(child, inner, pose @ self._pose(child, texts))
+            yield from self._contents(child, inner, pose @ self._pose(texts))
 
     def _fill(
         self, element: Element, link: _Link, inherited: str, shift: Array, place: Array
@@ -497,13 +487,14 @@ class _Reader(Source):
                     inside.append((child, name, frame))
                 case "geom":
                     texts = self._resolve(child, "geom", name)
-                    part = self._geom(child, texts, frame, link, by_geoms)
+                    part = self._geom(texts, frame, link, by_geoms)
                     if part is not None:
                         parts.append(part)
                 case "site":
                     there = _overlay(self._defaults(child, "site", name), child.attributes)
                     if there.get("name"):
-                        self._sites[there["name"]] = (link.name, frame @ self._pose(child, there))
+                        pose = self._pose(Given(self, child, there))
+                        self._sites[there["name"]] = (link.name, frame @ pose)
                 case "joint" | "freejoint" | "inertial":
                     pass  # of the link itself
                 case "camera" | "light":
@@ -524,7 +515,7 @@ class _Reader(Source):
         if texts.get("mocap") == "true":
             self.omitted["motions of mocap bodies"] += 1
         inherited = texts.get("childclass", inherited)
-        pose = frame @ self._pose(element, texts)
+        pose = frame @ self._pose(texts)
         home = parent.home @ pose
         held = [
             (child, kind, place)
@@ -545,7 +536,7 @@ class _Reader(Source):
             weld = self._names.free(f"{name}_weld")
             self.joints.append(Fixed(weld, parent.name, name, origin=placement_at(pose)))
         link = _Link(name, no_mass(), [], shift, home @ np.linalg.inv(shift))
-        link.lift = self.number(element, texts, "gravcomp", 0.0)
+        link.lift = texts.number("gravcomp", 0.0)
         self._links.append(link)
         self._fill(element, link, inherited, shift, (np.linalg.inv(parent.shift) @ pose)[:3, 3])
 
@@ -568,15 +559,10 @@ class _Reader(Source):
         name = self._names.free(texts.get("name") or f"{child}_{form}")
         if texts.get("align", "auto") == "true":
             raise self.refuse(element, "align=… of a free joint is not read")
-        values = {
-            what: self.number(element, texts, what, 0.0) for what in ("armature", "frictionloss")
-        }
-        stiffness, damping = (
-            self.numbers(element, texts, what, (0, 0, 0), 3, least=1)
-            for what in ("stiffness", "damping")
-        )
-        timing = self.numbers(element, texts, "springdamper", (0, 0), 2)
-        if values["frictionloss"]:
+        armature = texts.number("armature", 0.0)
+        stiffness, damping = self._resistance(texts)
+        timing = texts.numbers("springdamper", (0, 0))
+        if texts.number("frictionloss", 0.0):
             self.rubbing.append(name)
         if texts.get("actuatorgravcomp") == "true":
             self._drives_lift = True
@@ -585,61 +571,55 @@ class _Reader(Source):
                 raise self.refuse(element, f"stiffness of a {form} joint is not read")
             if any(damping[1:]):
                 raise self.refuse(element, f"a polynomial of damping of a {form} joint is not read")
-            if values["armature"] and form == "ball" and self._turns(parent):
+            turns = any(not isinstance(way, Fixed | Prismatic) for way in self._way_to(parent))
+            if armature and form == "ball" and turns:
                 message = "armature of a ball joint on a body that turns is not read"
                 raise self.refuse(element, message)
-            self._rotors[child] = values["armature"]
-            self._carried_along[child] = values["armature"] if form == "free" else 0.0
+            self._rotors[child] = armature
+            self._carried_along[child] = armature if form == "free" else 0.0
             if form == "free" and parent != GROUND:
                 raise self.refuse(element, "a free joint expects a body of the world")
         at = np.eye(4)
-        at[:3, 3] = (frame @ [*self.numbers(element, texts, "pos", (0, 0, 0), 3), 1.0])[:3]
+        at[:3, 3] = (frame @ [*texts.numbers("pos", (0, 0, 0)), 1.0])[:3]
         if form in ("free", "ball"):
             at = np.eye(4) if form == "free" else at
             ball = Spherical(name, parent, child, origin=placement_at(pose @ at))
             joint = Floating(name, parent, child) if form == "free" else ball
             self.joints.append(joint)
-            self.forces += resist_rates(joint, float(damping[0] * self._settings.has("damper")))
+            self.forces += resist_rates(joint, float(damping[0]))
             return np.asarray(np.linalg.inv(at))
         if form not in ("hinge", "slide"):
-            raise self.refuse(
-                element, f"expected a joint of type hinge, slide, ball or free, got {form!r}"
-            )
-        axis = unit_vector(frame[:3, :3] @ self.numbers(element, texts, "axis", (0, 0, 1), 3))
+            message = f"expected a joint of type hinge, slide, ball or free, got {form!r}"
+            raise self.refuse(element, message)
+        axis = unit_vector(frame[:3, :3] @ texts.numbers("axis", (0, 0, 1)))
         unit = math.radians(1) if self._settings.degrees and form == "hinge" else 1.0
-        reference = unit * self.number(element, texts, "ref", 0.0)
-        rest = unit * self.number(element, texts, "springref", 0.0)
-        limits = self._limits(element, texts, unit)
+        reference = unit * texts.number("ref", 0.0)
+        rest = unit * texts.number("springref", 0.0)
         # the text shows the body where the coordinate is its reference
         back = np.eye(4)
         if form == "hinge":
             back[:3, :3] = turn_about(axis, -reference)
         else:
             back[:3, 3] = -reference * axis
-        make = Revolute if form == "hinge" else Prismatic
         x, y, z = axis.tolist()
-        self.joints.append(
-            make(
-                name,
-                parent,
-                child,
-                origin=placement_at(pose @ at @ back),
-                axis=(x, y, z),
-                limits=limits,
-                armature=values["armature"],
-            )
-        )
+        stated: dict[str, Any] = {"axis": (x, y, z), "limits": self._limits(texts, unit)}
+        stated |= {"armature": armature, "origin": placement_at(pose @ at @ back)}
+        make = Revolute if form == "hinge" else Prismatic
+        self.joints.append(make(name, parent, child, **stated))
         self._references[name] = reference
         self._rests[name] = rest
         if all(timing > 0):
             self._timed[name] = timing
         else:
-            stiffness, damping = (
-                stiffness * self._settings.has("spring"),
-                damping * self._settings.has("damper"),
-            )
             self.resist(name, name, stiffness, np.full(2, rest), damping)
         return np.asarray(np.linalg.inv(at))
+
+    def _resistance(self, texts: Given) -> tuple[Array, Array]:
+        """Stiffness and damping of an element, each of three powers, as far as MuJoCo has them."""
+        stiffness, damping = (
+            texts.numbers(what, (0, 0, 0), least=1) for what in ("stiffness", "damping")
+        )
+        return stiffness * self._settings.has("spring"), damping * self._settings.has("damper")
 
     def _time_springs(self, bodies: Sequence[Body]) -> None:
         """Add springs and dampers that the inertia in the position of the text determines.
@@ -663,7 +643,7 @@ class _Reader(Source):
             damping[0] = self._settings.has("damper") * 2 * own / constant
             self.resist(joint, joint, stiffness, np.full(2, self._rests[joint]), damping)
 
-    def _limits(self, element: Element, texts: Mapping[str, str], unit: float) -> Limits | None:
+    def _limits(self, texts: Given, unit: float) -> Limits | None:
         """The bounds of a joint's position, and of its effort where both signs have the same."""
         bounds = {}
         for name, flag, scale in (
@@ -671,10 +651,10 @@ class _Reader(Source):
             ("actuatorfrcrange", "actuatorfrclimited", 1.0),
         ):
             limited = texts.get(flag, "auto")
-            if limited == "true" or (
-                limited == "auto" and self._settings.autolimits and name in texts
-            ):
-                low, high = scale * self.numbers(element, texts, name, (0, 0), 2)
+            if limited == "auto" and self._settings.autolimits and name in texts:
+                limited = "true"
+            if limited == "true":
+                low, high = scale * texts.numbers(name, (0, 0))
                 bounds[name] = float(low), float(high)
         lower, upper = bounds.get("range", (-math.inf, math.inf))
         least, effort = bounds.get("actuatorfrcrange", (-math.inf, math.inf))
@@ -683,13 +663,6 @@ class _Reader(Source):
             effort = math.inf
         whole = Limits(lower, upper, effort=effort)
         return whole if whole != Limits() else None
-
-    def _turns(self, body: str) -> bool:
-        """Whether a body can turn against the world."""
-        carriers = {joint.child: joint for joint in self.joints}
-        while body != GROUND and isinstance(carriers[body], Fixed | Prismatic):
-            body = carriers[body].parent
-        return body != GROUND
 
     def _immerse(self, option: Element, follows: Mapping[str, Scalar]) -> None:
         """Add the forces of the medium on the boxes that have the inertia of the bodies.
@@ -742,47 +715,43 @@ class _Reader(Source):
         for name in ("pos", "mass"):
             if name not in texts:
                 raise self.refuse(element, f"<inertial> has no {name}=…")
-        mass = self.number(element, texts, "mass", 0.0)
-        pose = self._pose(element, texts)
+        mass = texts.number("mass", 0.0)
+        pose = self._pose(texts)
         if "fullinertia" in texts:
-            entries = self.numbers(element, texts, "fullinertia", (0,) * 6, 6).tolist()
+            entries = texts.numbers("fullinertia", (0,) * 6).tolist()
             return Mass(mass, np.zeros(3), tensor_of(entries)).move(pose)
-        moments = self.numbers(element, texts, "diaginertia", (0, 0, 0), 3)
+        moments = texts.numbers("diaginertia", (0, 0, 0))
         return Mass(mass, np.zeros(3), np.diag(moments), np.eye(3)).move(pose)
 
-    def _geom(
-        self, element: Element, texts: Mapping[str, str], frame: Array, link: _Link, counts: bool
-    ) -> Mass | None:
+    def _geom(self, texts: Given, frame: Array, link: _Link, counts: bool) -> Mass | None:
         """Note how a geom looks, and return its mass if it counts."""
         form = texts.get("type", "mesh" if "mesh" in texts else "sphere")
         form = "mesh" if form == "sdf" and "mesh" in texts else form
-        if self.number(element, texts, "contype", 1) or self.number(
-            element, texts, "conaffinity", 1
-        ):
+        if texts.number("contype", 1) or texts.number("conaffinity", 1):
             self.omitted["contacts of geoms"] += 1
         low, high = self._settings.groups
-        counts = counts and low <= self.number(element, texts, "group", 0) <= high
-        mass = self.number(element, texts, "mass", -1.0) if "mass" in texts else None
-        density = self.number(element, texts, "density", 1000.0)
+        counts = counts and low <= texts.number("group", 0) <= high
+        mass = texts.number("mass", -1.0) if "mass" in texts else None
+        density = texts.number("density", 1000.0)
         if mass == 0 or (mass is None and density == 0):
             counts = False
         medium = self._settings.passive and (self._settings.density or self._settings.viscosity)
         if medium and texts.get("fluidshape", "none") != "none":
-            raise self.refuse(element, "fluidshape=… of <geom> is not read")
+            raise texts.refuse("fluidshape=… of <geom> is not read")
         shell = texts.get("shellinertia") == "true"
         if "mesh" in texts and form in {*SIZES, "mesh"}:
-            return self._mesh_geom(element, texts, form, frame, link, counts)
-        size = self.numbers(element, texts, "size", (0, 0, 0), 3, least=1)
+            return self._mesh_geom(texts, form, frame, link, counts)
+        size = texts.numbers("size", (0, 0, 0), least=1)
         drawn = form
         if form == "hfield" and texts.get("hfield") in self._fields:
             form, size = "box", self._fields[texts["hfield"]]
         if form not in SIZES:
             if counts and form != "plane":
-                raise self.refuse(element, f"the inertia of a geom of type {form!r} is not read")
+                raise texts.refuse(f"the inertia of a geom of type {form!r} is not read")
             return None
-        pose = self._pose(element, texts)
+        pose = self._pose(texts)
         if "fromto" in texts:
-            ends = self.numbers(element, texts, "fromto", (0,) * 6, 6)
+            ends = texts.numbers("fromto", (0,) * 6)
             arm = ends[:3] - ends[3:]
             length = float(np.linalg.norm(arm)) / 2
             size = np.array(
@@ -791,9 +760,9 @@ class _Reader(Source):
             pose = np.eye(4)
             pose[:3, :3], pose[:3, 3] = turn_from_z(arm), (ends[:3] + ends[3:]) / 2
         if not all(size[: SIZES[form]] > 0):
-            raise self.refuse(element, f"expected {SIZES[form]} positive sizes of a {form}")
+            raise texts.refuse(f"expected {SIZES[form]} positive sizes of a {form}")
         place = frame @ pose
-        rgba = tuple(self.numbers(element, texts, "rgba", (0.5, 0.5, 0.5, 1), 4).tolist())
+        rgba = tuple(texts.numbers("rgba", (0.5, 0.5, 0.5, 1)).tolist())
         link.visuals += draw(drawn, size, place, rgba)
         if not counts:
             return None
@@ -802,41 +771,31 @@ class _Reader(Source):
         return Mass(total, np.zeros(3), np.diag(total * radii), np.eye(3)).move(place)
 
     def _mesh_geom(
-        self,
-        element: Element,
-        texts: Mapping[str, str],
-        form: str,
-        frame: Array,
-        link: _Link,
-        counts: bool,
+        self, texts: Given, form: str, frame: Array, link: _Link, counts: bool
     ) -> Mass | None:
         """Note how the geom of a mesh looks, and return its mass if it counts."""
-        place = frame @ self._pose(element, texts)
-        if not counts:
-            known = self._meshes.get(texts["mesh"])
-            if form == "mesh" and known is not None and (shown := self._show(*known)) is not None:
-                link.visuals.append(Visual(shown, placement_at(place)))
+        place, known = frame @ self._pose(texts), self._meshes.get(texts["mesh"])
+        if known is None and counts:
+            raise texts.refuse(f"there is no mesh {texts['mesh']!r} among the assets")
+        if known is not None and (counts or form == "mesh"):
+            link.visuals += self._show(known, place)
+        if known is None or not counts:
             return None
         if form == "mesh" and texts.get("shellinertia") == "true":
-            raise self.refuse(element, "a mesh says whether it is a shell among the assets")
-        mesh = self._measure(element, texts["mesh"])
-        if mesh.visual is not None:
-            link.visuals.append(Visual(mesh.visual, placement_at(place)))
-        solid = mesh.mass
+            raise texts.refuse("a mesh says whether it is a shell among the assets")
+        solid = self._measure(texts["mesh"], known)
         if form == "mesh":
             volume, moments = solid.mass, solid.inertia / solid.mass
         else:
-            volume, moments = self._fit(element, texts, form, solid)
-        total = self.number(element, texts, "density", 1000.0) * volume
-        total = self.number(element, texts, "mass", total)
+            volume, moments = self._fit(texts, form, solid)
+        total = texts.number("density", 1000.0) * volume
+        total = texts.number("mass", total)
         return Mass(total, solid.center, total * moments, principal_axes(moments)).move(place)
 
-    def _fit(
-        self, element: Element, texts: Mapping[str, str], form: str, solid: Mass
-    ) -> tuple[float, Array]:
+    def _fit(self, texts: Given, form: str, solid: Mass) -> tuple[float, Array]:
         """Volume and inertia by mass of a geom that takes the place of a mesh."""
         if self._settings.fits_box:
-            raise self.refuse(element, "a geom fitted to the box around a mesh is not read")
+            raise texts.refuse("a geom fitted to the box around a mesh is not read")
         moments, axes = np.linalg.eigh(solid.inertia / solid.mass)
         moments, axes = moments[::-1], axes[:, ::-1]  # as MuJoCo orders them
         a, b, c = np.sqrt(6 * np.maximum(moments.sum() - 2 * moments, 0)) / 2
@@ -846,7 +805,7 @@ class _Reader(Source):
             "cylinder": ((a + b) / 2, c, 0.0),
         }
         size = np.array(sizes.get(form, (a, b, c)))
-        size *= self.number(element, texts, "fitscale", 1.0)
+        size *= texts.number("fitscale", 1.0)
         shell = texts.get("shellinertia") == "true"
         volume, radii = shell_of(form, size) if shell else solid_of(form, size)
         return volume, axes @ np.diag(radii) @ axes.T
@@ -858,71 +817,62 @@ class _Reader(Source):
             if child.tag == "model":
                 raise self.refuse(child, "<model> among the assets is not read")
             if child.tag == "hfield":
-                a, b, top, base = self.numbers(child, child.attributes, "size", (0.0,) * 4, 4)
+                a, b, top, base = Given(self, child, child.attributes).numbers("size", (0,) * 4)
                 name = child.attributes.get("name") or Path(child.attributes.get("file", "")).stem
                 self._fields[name] = np.array([a, b, top / 4 + base / 2])  # as MuJoCo weighs it
             if child.tag != "mesh":
                 continue
             texts = _overlay(self._defaults(child, "mesh"), child.attributes)
             name = texts.get("name") or Path(texts.get("file", "")).stem
-            self._meshes[name] = child, texts
+            self._meshes[name] = Given(self, child, texts)
 
-    def _file_of(self, element: Element, texts: Mapping[str, str]) -> Path:
+    def _file_of(self, texts: Given) -> Path:
         name = Path(texts["file"].replace("\\", "/"))
         name = Path(name.name) if self._settings.strips else name
-        return self._beside(element, name, self._settings.folder)
+        return self._beside(texts.element, name, self._settings.folder)
 
-    def _show(self, element: Element, texts: Mapping[str, str]) -> Mesh | None:
-        """What a page shows of a mesh, if it is a file that stands as it is."""
-        if "file" not in texts or {"refpos", "refquat"} & texts.keys():
-            return None
-        path = self._file_of(element, texts)
-        x, y, z = self.numbers(element, texts, "scale", (1, 1, 1), 3).tolist()
-        known = path.suffix.lower() in (".stl", ".obj") and path.is_file()
-        return Mesh(texts["file"], path, (x, y, z)) if known else None
+    def _show(self, texts: Given, place: Array) -> Iterator[Visual]:
+        """Yield what a page shows of a mesh, if it is a file that stands as it is."""
+        if "file" in texts and not {"refpos", "refquat"} & texts.keys():
+            path, (x, y, z) = self._file_of(texts), texts.numbers("scale", (1, 1, 1)).tolist()
+            if path.suffix.lower() in (".stl", ".obj") and path.is_file():
+                yield Visual(Mesh(texts["file"], path, (x, y, z)), placement_at(place))
 
-    def _measure(self, geom: Element, name: str) -> _Mesh:
-        """Return a mesh of the assets with its volume and inertia."""
+    def _measure(self, name: str, texts: Given) -> Mass:
+        """Return the volume and inertia of a mesh of the assets."""
         if name in self._solids:
             return self._solids[name]
-        if name not in self._meshes:
-            raise self.refuse(geom, f"there is no mesh {name!r} among the assets")
-        element, texts = self._meshes[name]
-        self._attributes(element, "mesh", {})
+        self._attributes(texts.element, "mesh", {})
         rule = texts.get("inertia", "legacy")
         if rule not in RULES:
-            raise self.refuse(element, f"inertia={rule!r} of <mesh> is not read")
+            raise texts.refuse(f"inertia={rule!r} of <mesh> is not read")
         drawn = "file" in texts or "face" in texts
         if "maxhullvert" in texts and (rule == "convex" or not drawn):
-            raise self.refuse(element, "the inertia of a hull with maxhullvert=… is not read")
-        for child in element.children:
+            raise texts.refuse("the inertia of a hull with maxhullvert=… is not read")
+        for child in texts.element.children:
             raise self.refuse(child, f"<{child.tag}> in <mesh> is not read")
         try:
-            corners = self._corners(element, texts)
-            corners = corners - self.numbers(element, texts, "refpos", (0, 0, 0), 3)
-            corners = corners @ turn_of(self.numbers(element, texts, "refquat", (1, 0, 0, 0), 4))
-            scale = self.numbers(element, texts, "scale", (1, 1, 1), 3)
-            corners = corners * scale
-            if np.prod(scale) < 0:
-                corners = corners[:, ::-1]
-            mesh = _Mesh(mesh_of(corners, RULES[rule]), self._show(element, texts))
+            corners = self._corners(texts) - texts.numbers("refpos", (0, 0, 0))
+            corners = corners @ turn_of(texts.numbers("refquat", (1, 0, 0, 0)))
+            scale = texts.numbers("scale", (1, 1, 1))
+            corners = corners * scale if np.prod(scale) >= 0 else (corners * scale)[:, ::-1]
+            self._solids[name] = mesh_of(corners, RULES[rule])
         except InputError as error:
-            place = self.refuse(element, "")
+            place = texts.refuse("")
             if str(error).startswith(str(place)):
                 raise
-            raise self.refuse(element, f"mesh {name!r}: {error}") from None
-        self._solids[name] = mesh
-        return mesh
+            raise texts.refuse(f"mesh {name!r}: {error}") from None
+        return self._solids[name]
 
-    def _corners(self, element: Element, texts: Mapping[str, str]) -> Corners:
+    def _corners(self, texts: Given) -> Corners:
         if "file" in texts:
-            return read_solid(self._file_of(element, texts))
+            return read_solid(self._file_of(texts))
         lists = {}
         for name in ("vertex", "face"):
             wanted = f"expected triples of numbers for {name} of <mesh>"
-            values = self.split(element, texts.get(name, ""), wanted)
+            values = self.split(texts.element, texts.get(name, ""), wanted)
             if len(values) % 3:
-                raise self.refuse(element, f"{wanted}, got {len(values)} numbers")
+                raise texts.refuse(f"{wanted}, got {len(values)} numbers")
             lists[name] = np.array(values).reshape(-1, 3)
         points = lists["vertex"].astype(np.float32).astype(float)
         return faces_of(points, lists["face"].astype(np.int64))
@@ -943,22 +893,16 @@ class _Reader(Source):
 
     def _pull_tendons(self, root: Element) -> None:
         """Read the tendons, and the springs and dampers along them."""
-        s, names = self._settings, Names()
+        names = Names()
         for element in (child for part in root.all("tendon") for child in part.children):
             texts = self._attributes(element, "tendon", self._defaults(element, "tendon"))
             tendon = _Tendon(element, names.free(texts.get("name") or "tendon"))
             self._tendons[tendon.name] = tendon
             if element.tag == "fixed":
                 tendon.factors |= self._factors_of(element)
-            armature = self.number(element, texts, "armature", 0.0)
-            stiffness, damping = (
-                factor * self.numbers(element, texts, what, (0, 0, 0), 3, least=1)
-                for what, factor in (
-                    ("stiffness", s.has("spring")),
-                    ("damping", s.has("damper")),
-                )
-            )
-            ends = self.numbers(element, texts, "springlength", (-1, -1), 2, least=1)
+            armature = texts.number("armature", 0.0)
+            stiffness, damping = self._resistance(texts)
+            ends = texts.numbers("springlength", (-1, -1), least=1)
             if len(texts.get("springlength", "").split()) == 1:
                 ends[1] = ends[0]
             if not (armature or any(stiffness) or any(damping)):
@@ -982,7 +926,7 @@ class _Reader(Source):
             joint = child.attributes.get("joint", "")
             if joint not in self._references:
                 raise self.refuse(child, f"{joint!r} is no hinge or slide")
-            if factor := self.number(child, child.attributes, "coef", 0.0):
+            if factor := Given(self, child, child.attributes).number("coef", 0.0):
                 factors[joint] = factors.get(joint, 0.0) + factor
         return factors
 
@@ -992,7 +936,8 @@ class _Reader(Source):
         before, share = None, 1.0
         for child in element.children:
             if child.tag == "pulley":
-                before, share = None, 1 / self.number(child, child.attributes, "divisor", 1.0)
+                before = None
+                share = 1 / Given(self, child, child.attributes).number("divisor", 1.0)
                 continue
             if child.tag != "site":
                 raise self.refuse(child, f"a tendon around a <{child.tag}> is not read")
@@ -1080,12 +1025,13 @@ class _Reader(Source):
     def _add_drives(self, root: Element) -> None:
         """Add the rotor inertia and the damping of actuators at the joints they drive."""
         for element in (child for part in root.all("actuator") for child in part.children):
-            texts = _overlay(self._defaults(element, _DRIVE), element.attributes)
+            texts = Given(
+                self, element, _overlay(self._defaults(element, _DRIVE), element.attributes)
+            )
             if element.tag == "plugin" or "plugin" in texts:
                 raise self.refuse(element, "plugins are not read")
-            armature = self.number(element, texts, "armature", 0.0)
-            damping = self.numbers(element, texts, "damping", (0, 0, 0), 3, least=1)
-            damping *= self._settings.has("damper")
+            armature = texts.number("armature", 0.0)
+            damping = self._resistance(texts)[1]
             if not armature and not any(damping):
                 continue
             name, factor = texts.get("joint", texts.get("jointinparent", "")), 1.0
@@ -1121,7 +1067,7 @@ class _Reader(Source):
             texts = self._attributes(element, key, defaults)
             name = names.free(texts.get("name") or element.tag)
             if named:
-                self._follow(element, texts)
+                self._follow(texts)
                 continue
             if "site1" in texts:
                 ends = [self._sites.get(texts.get(site, "")) for site in ("site1", "site2")]
@@ -1132,7 +1078,7 @@ class _Reader(Source):
                 a, b = texts.get("body1", GROUND), texts.get("body2", GROUND)
                 if a not in links or b not in links:
                     raise self.refuse(element, f"<{element.tag}> names a body that is not there")
-                at_a, at_b = self._meet(element, texts, links[a], links[b])
+                at_a, at_b = self._meet(texts, links[a], links[b])
             if element.tag == "connect":
                 points = (tuple(at_a[:3, 3].tolist()), tuple(at_b[:3, 3].tolist()))
                 loops.append(Loop.ball(name, a, points[0], b, points[1]))
@@ -1140,24 +1086,23 @@ class _Reader(Source):
                 loops.append(Loop.weld(name, a, placement_at(at_a), b, placement_at(at_b)))
         return loops
 
-    def _meet(
-        self, element: Element, texts: Mapping[str, str], a: _Link, b: _Link
-    ) -> tuple[Array, Array]:
+    def _meet(self, texts: Given, a: _Link, b: _Link) -> tuple[Array, Array]:
         """The poses in two links of frames that a constraint keeps together."""
         anchor, relative = np.eye(4), np.eye(4)
-        anchor[:3, 3] = self.numbers(element, texts, "anchor", (0, 0, 0), 3)
-        if element.tag == "connect":
+        anchor[:3, 3] = texts.numbers("anchor", (0, 0, 0))
+        if texts.element.tag == "connect":
             at = a.shift @ anchor
             return at, np.linalg.inv(b.home) @ a.home @ at
-        numbers = self.numbers(element, texts, "relpose", (0, 1, 0, 0, 0, 0, 0), 7)
+        numbers = texts.numbers("relpose", (0, 1, 0, 0, 0, 0, 0))
         at = b.shift @ anchor
         if not any(numbers[3:]):  # as the text shows the bodies
             return np.linalg.inv(a.home) @ b.home @ at, at
         relative[:3, :3], relative[:3, 3] = turn_of(numbers[3:]), numbers[:3]
         return a.shift @ relative, at  # where the anchor of b goes, MuJoCo counts it in
 
-    def _follow(self, element: Element, texts: Mapping[str, str]) -> None:
+    def _follow(self, texts: Given) -> None:
         """Solve L − L₀ = Σ cₖ (M − M₀)ᵏ of joints, or tendons along joints, for L's last joint."""
+        element = texts.element
         sides = []
         for name in filter(None, (texts.get(f"{element.tag}1", "?"), texts.get(f"{element.tag}2"))):
             side = self._tendons.get(name) if element.tag == "tendon" else None
@@ -1167,7 +1112,7 @@ class _Reader(Source):
                 kind = "hinge or slide" if element.tag == "joint" else "tendon along joints"
                 raise self.refuse(element, f"{name!r} is no {kind}")
             sides.append(side)
-        factors = self.numbers(element, texts, "polycoef", (0, 1, 0, 0, 0), 5, least=1).tolist()
+        factors = texts.numbers("polycoef", (0, 1, 0, 0, 0), least=1).tolist()
         moved = {joint: coordinate(joint) - self._references[joint] for joint in self._references}
         law: Scalar = factors[0]
         for second in sides[1:]:

@@ -21,6 +21,7 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.formats.sources import (
     GROUND,
+    Given,
     Source,
     draw,
     placement_at,
@@ -710,12 +711,9 @@ class _Reader(Source):
         mimic = axis.child("mimic")
         tied = element.child("drake:mimic")
         if tied is not None:
-            texts = tied.attributes
+            texts = Given(self, tied, tied.attributes)
             leader = f"{joint.scope.name}{texts.get('joint', '')}"
-            factor, offset = (
-                self.number(tied, texts, key, default)
-                for key, default in (("multiplier", 1.0), ("offset", 0.0))
-            )
+            factor, offset = texts.number("multiplier", 1.0), texts.number("offset", 0.0)
             self.follow(tied, name, factor * coordinate(leader) + offset)
         if mimic is not None:
             leader = f"{joint.scope.name}{mimic.attributes.get('joint', '')}"

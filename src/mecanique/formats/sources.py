@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 
@@ -43,6 +43,38 @@ GROUND = "world"
 MOST_FILES = 100
 MOST_ELEMENTS = 100_000
 MOST_FOLLOWED = 300
+
+
+@final
+class Given(dict[str, str]):
+    """The attributes of an element, over what they are by default: numbers or refusals."""
+
+    def __init__(self, source: Source, element: Element, texts: Mapping[str, str]) -> None:
+        super().__init__(texts)
+        self.element = element
+        self._source = source
+
+    def refuse(self, message: str) -> InputError:
+        """Return an error that names the file and the line of the element."""
+        return self._source.refuse(self.element, message)
+
+    def numbers(
+        self, name: str, default: Sequence[float] | Array, *, least: int | None = None
+    ) -> Array:
+        """Return as many numbers as the default has, which ends them where some are left out."""
+        count, values = len(default), np.array(default, dtype=float)
+        if name in self:
+            wanted = f"expected {count} finite {'number' if count == 1 else 'numbers'}"
+            wanted = f"{wanted} for {name} of <{self.element.tag}>"
+            given = self._source.split(self.element, self[name], wanted)
+            if not (count if least is None else least) <= len(given) <= count:
+                raise self.refuse(f"{wanted}, got {self[name][:60]!r}")
+            values[: len(given)] = given
+        return values
+
+    def number(self, name: str, default: float) -> float:
+        """Return a number."""
+        return float(self.numbers(name, (default,))[0])
 
 
 class Source:
@@ -97,26 +129,6 @@ class Source:
         if self._elements > MOST_ELEMENTS:
             raise self.refuse(element, f"more than {MOST_ELEMENTS:,} elements")
 
-    def numbers(
-        self,
-        element: Element,
-        texts: Mapping[str, str],
-        name: str,
-        default: Sequence[float] | Array,
-        count: int,
-        *,
-        least: int | None = None,
-    ) -> Array:
-        """Return an attribute's numbers; what may be left out at its end is that of the default."""
-        if name not in texts:
-            return np.array(default, dtype=float)
-        expected = f"expected {count} finite {'number' if count == 1 else 'numbers'}"
-        wanted = f"{expected} for {name} of <{element.tag}>"
-        values = self.split(element, texts[name], wanted)
-        if not (count if least is None else least) <= len(values) <= count:
-            raise self.refuse(element, f"{wanted}, got {texts[name][:60]!r}")
-        return np.array([*values, *list(default)[len(values) :]], dtype=float)
-
     def split(self, element: Element, text: str, wanted: str) -> list[float]:
         """Return the finite numbers of a text; the refusal of others begins with what is wanted."""
         try:
@@ -126,12 +138,6 @@ class Source:
         if not all(map(math.isfinite, values)):
             raise self.refuse(element, f"{wanted}, got {text[:60]!r}")
         return values
-
-    def number(
-        self, element: Element, texts: Mapping[str, str], name: str, default: float
-    ) -> float:
-        """Return an attribute's number."""
-        return float(self.numbers(element, texts, name, (default,), 1)[0])
 
     def resist(
         self,
