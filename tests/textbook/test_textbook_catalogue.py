@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import pytest
 
 from mecanique.errors import InputError, MechanismError, UnknownNameError
 from mecanique.reference import Reference, assemble, degrees_of_freedom
-from mecanique.textbook import entry, load, names
+from mecanique.textbook import System, entry, load, names
 from mecanique.textbook.facts import Values
 
 UNIT = re.compile(r"1|(kg|m|s|rad|N|J)[²³]?(·(kg|m|s|rad)[²³]?)*(/(kg|m|s|rad)[²³]?)?")
@@ -171,3 +172,15 @@ def test_values_are_read_by_attribute_and_by_name() -> None:
         AttributeError, match="a fact asks for 'v', which is no parameter, option, coordinate or t"
     ):
         _ = s.v
+
+
+def test_a_system_may_be_stated_as_its_mechanism() -> None:
+    crane = load("crane")
+    stated = System("A crane", "its catalogue entry", replace(crane, about=""), tags=("pendulum",))
+    assert stated.parameters == crane.parameters
+    assert stated.mechanism(m=2.0).values == {**crane.values, "m": 2.0}
+    assert stated.mechanism().about == "A crane\nSource: its catalogue entry."
+    told = replace(stated, statement="A crane.\n\nA trolley carries\na load.")
+    assert told.mechanism().about == "A trolley carries a load.\nSource: its catalogue entry."
+    with pytest.raises(UnknownNameError, match="parameter 'mass'"):
+        stated.mechanism(mass=1.0)

@@ -7,7 +7,6 @@ import inspect
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
 from mecanique.checking.check import check as check_formula
@@ -63,7 +62,7 @@ def describe(system: str) -> dict[str, Any]:
     return {
         "name": system,
         "title": card.title,
-        "statement": _statement(system),
+        "statement": entry(system).statement.partition("\n")[2].strip(),
         "source": card.source,
         "coordinates": {name: units(mechanism)[name] for name in mechanism.coordinates},
         "velocities": list(mechanism.velocities),
@@ -288,11 +287,6 @@ def simulate(
         "q": {name: motion.q[:, k].tolist() for k, name in enumerate(mechanism.coordinates)},
         "v": {name: motion.v[:, k].tolist() for k, name in enumerate(mechanism.velocities)},
     }
-
-
-def _statement(system: str) -> str:
-    text = inspect.getdoc(import_module(f"mecanique.textbook.systems.{system}")) or ""
-    return text.partition("\n")[2].strip()
 
 
 def _refuse_above(name: str, value: int, least: int, most: int) -> None:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 import random
 import re
 from dataclasses import dataclass, replace
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, final
 
@@ -113,10 +111,7 @@ def make_exercise(
         raise InputError(
             f"no exercise about the {ask} of {system!r}: {verdict.form or 'it is not determined'}"
         )
-    statement = inspect.cleandoc(
-        import_module(f"mecanique.textbook.systems.{system}").__doc__ or ""
-    )
-    statement = statement.partition("\n")[2].strip()
+    statement = card.statement.partition("\n")[2].strip()
     given = _write_data(mechanism)
     problem = "\n\n".join(
         part

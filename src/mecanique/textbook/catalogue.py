@@ -7,11 +7,14 @@ theirs by entry points of the group `mecanique.systems`, each a `System`.
 
 from __future__ import annotations
 
+import inspect
+from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
 
 from mecanique.errors import UnknownNameError
+from mecanique.lazy import keep_garbage
 from mecanique.model.mechanism import Mechanism
 from mecanique.plugins import list_plugins, load_plugin
 from mecanique.textbook.system import System
@@ -42,16 +45,17 @@ def entry(name: str) -> System:
         UnknownNameError: if there is no such system; it carries the near matches.
         InputError: if another package adds it, and it cannot be loaded.
     """
-    system: System
-    if name in _own("systems"):
-        system = import_module(f"mecanique.textbook.systems.{name}").SYSTEM
-    elif name in _own("corners"):
-        system = import_module(f"mecanique.textbook.corners.{name}").SYSTEM
-    elif is_known(name):
-        system = load_plugin("systems", name, System)
-    else:
-        raise UnknownNameError("system", name, (*names(), *names(corners=True)))
-    return system
+    with keep_garbage():  # it may be the first to import SymPy
+        if name in _own("systems"):
+            module = import_module(f"mecanique.textbook.systems.{name}")
+        elif name in _own("corners"):
+            module = import_module(f"mecanique.textbook.corners.{name}")
+        elif is_known(name):
+            return load_plugin("systems", name, System)
+        else:
+            raise UnknownNameError("system", name, (*names(), *names(corners=True)))
+    system: System = module.SYSTEM
+    return replace(system, statement=inspect.getdoc(module) or "")
 
 
 def load(name: str, **parameters: float) -> Mechanism:

@@ -24,9 +24,9 @@ class System:
     Args:
         title: its description in one line.
         source: author, work, page, figure or equation.
-        parameters: its parameters with typical values.
-        build: makes the mechanism; the parameters that it takes are passed by symbol, as are the
-            whole-number options.
+        build: the mechanism with typical values, or what makes it: the parameters that it takes
+            are passed by symbol, as are the whole-number options.
+        parameters: its parameters with typical values; by default those of the mechanism.
         start: generalized coordinates at the start of the default motion; zero where left out.
         start_velocity: velocities at the start; zero where left out.
         duration: of the default motion [s].
@@ -36,12 +36,14 @@ class System:
         forms: lines of its derivation by Lagrange, of Routh's reduction, of its loops' single
             equation or of small deviations as a book has them, each with the place there, or as
             this library does where books differ; a factor of parameters may have been divided out.
+        statement: the problem in sentences, below a title; by default what the module that makes
+            the mechanism says of itself.
     """
 
     title: str
     source: str
-    parameters: tuple[Parameter, ...]
-    build: Callable[..., Mechanism]
+    build: Mechanism | Callable[..., Mechanism]
+    parameters: tuple[Parameter, ...] = field(default=(), kw_only=True)
     start: Mapping[str, float] = field(default_factory=dict)
     start_velocity: Mapping[str, float] = field(default_factory=dict)
     duration: float = 10.0
@@ -49,6 +51,12 @@ class System:
     options: Mapping[str, int] = field(default_factory=dict)
     facts: tuple[Fact, ...] = ()
     forms: Mapping[str, str] = field(default_factory=dict)
+    statement: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.parameters:
+            built = self.build if isinstance(self.build, Mechanism) else self._typical
+            object.__setattr__(self, "parameters", built.parameters)
 
     def __repr__(self) -> str:
         return f"<System: {self.title}>"
@@ -84,17 +92,22 @@ class System:
                     f"expected a whole number of at least 1 for {name}, got {number!r}"
                 )
             arguments[name] = int(number)
-        asked = inspect.signature(self.build).parameters
-        if not any(parameter.kind is parameter.VAR_KEYWORD for parameter in asked.values()):
-            arguments = {name: given for name, given in arguments.items() if name in asked}
-        with keep_garbage():  # it may be the first to import SymPy
-            mechanism = replace(self.build(**arguments), about=self.about)
+        mechanism = self.build
+        if not isinstance(mechanism, Mechanism):
+            asked = inspect.signature(mechanism).parameters
+            if not any(parameter.kind is parameter.VAR_KEYWORD for parameter in asked.values()):
+                arguments = {name: given for name, given in arguments.items() if name in asked}
+            with keep_garbage():  # it may be the first to import SymPy
+                mechanism = mechanism(**arguments)
+        mechanism = replace(mechanism, about=self.about)
         changed = {name: value for name, value in values.items() if name in known}
         return mechanism.replace(**changed) if changed else mechanism
 
     @property
     def about(self) -> str:
-        """What it is, as the docstring of its module says it, and its source, in two lines."""
-        said = inspect.getdoc(inspect.getmodule(self.build)) or self.title
+        """What it is, as its statement says it, and its source, in two lines."""
+        said = self.statement
+        if not (said or isinstance(self.build, Mechanism)):
+            said = inspect.getdoc(inspect.getmodule(self.build)) or ""
         described = " ".join(said.partition("\n\n")[2].split())
         return f"{described or self.title}\nSource: {self.source}."

@@ -14,27 +14,23 @@ m = mq.Parameter("m", 1.0, "kg", "mass of the particle")
 R = mq.Parameter("R", 1.0, "m", "radius of the sphere")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the mechanism."""
-    return mq.Mechanism(
-        name="bead_leaves_sphere",
-        bodies=(mq.Body("ground"), mq.Body("ray", mq.massless()), mq.Body("bead", mq.particle(m))),
-        joints=(
-            mq.Revolute("turn", "ground", "ray", axis=(0, 1, 0), coordinate="th"),
-            mq.Prismatic("out", "ray", "bead", axis=(0, 0, 1), coordinate="r"),
-        ),
-        parameters=(m, R, g),
-        gravity=(0, 0, -g),
-        switching=(mq.Stop("sphere", "out", at=R, side=-1),),
-    )
+mechanism = mq.Mechanism(
+    name="bead_leaves_sphere",
+    bodies=(mq.Body("ground"), mq.Body("ray", mq.massless()), mq.Body("bead", mq.particle(m))),
+    joints=(
+        mq.Revolute("turn", "ground", "ray", axis=(0, 1, 0), coordinate="th"),
+        mq.Prismatic("out", "ray", "bead", axis=(0, 0, 1), coordinate="r"),
+    ),
+    parameters=(m, R, g),
+    gravity=(0, 0, -g),
+    switching=(mq.Stop("sphere", "out", at=R, side=-1),),
+)
 
 
 SYSTEM = System(
     title="Particle that leaves a sphere",
     source="Goldstein, Classical Mechanics, 3rd ed., ch. 2, exercise 22",
-    parameters=(m, R, g),
-    build=build,
+    build=mechanism,
     start={"th": 0.1, "r": 1.0},
     duration=1.2,
     tags=("planar", "contact", "corners"),

@@ -13,24 +13,20 @@ r = mq.Parameter("r", 0.03, "m", "radius of the ball")
 mu = mq.Parameter("mu", 0.2, "1", "coefficient of friction")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the mechanism."""
-    return mq.Mechanism(
-        name="billiard_ball",
-        bodies=(mq.Body("ground"), mq.Body("ball", mq.ball(m, r))),
-        joints=(mq.Planar("plane", "ground", "ball", axis=(0, -1, 0), names=("x", "z", "th")),),
-        parameters=(m, r, mu, g),
-        gravity=(0, 0, -g),
-        switching=(mq.Contact("cloth", "ball", radius=r, mu=mu),),
-    )
+mechanism = mq.Mechanism(
+    name="billiard_ball",
+    bodies=(mq.Body("ground"), mq.Body("ball", mq.ball(m, r))),
+    joints=(mq.Planar("plane", "ground", "ball", axis=(0, -1, 0), names=("x", "z", "th")),),
+    parameters=(m, r, mu, g),
+    gravity=(0, 0, -g),
+    switching=(mq.Contact("cloth", "ball", radius=r, mu=mu),),
+)
 
 
 SYSTEM = System(
     title="Billiard ball that slides until it rolls",
     source="Coriolis, Théorie mathématique des effets du jeu de billard, 1835",
-    parameters=(m, r, mu, g),
-    build=build,
+    build=mechanism,
     start={"z": 0.03},
     start_velocity={"x": 1.0},
     duration=1.0,

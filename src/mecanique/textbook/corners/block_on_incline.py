@@ -16,24 +16,20 @@ mu = mq.Parameter("mu", 0.2, "1", "coefficient of kinetic friction")
 mu_0 = mq.Parameter("mu_0", 0.3, "1", "coefficient of static friction")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the mechanism."""
-    return mq.Mechanism(
-        name="block_on_incline",
-        bodies=(mq.Body("ground"), mq.Body("block", mq.box(m, (0.3, 0.2, 0.2)))),
-        joints=(mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
-        parameters=(m, alpha, mu, mu_0, g),
-        gravity=(g * mq.sin(alpha), 0, -g * mq.cos(alpha)),
-        switching=(mq.Friction("dry", "slide", mu, m * g * mq.cos(alpha), mu_static=mu_0),),
-    )
+mechanism = mq.Mechanism(
+    name="block_on_incline",
+    bodies=(mq.Body("ground"), mq.Body("block", mq.box(m, (0.3, 0.2, 0.2)))),
+    joints=(mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
+    parameters=(m, alpha, mu, mu_0, g),
+    gravity=(g * mq.sin(alpha), 0, -g * mq.cos(alpha)),
+    switching=(mq.Friction("dry", "slide", mu, m * g * mq.cos(alpha), mu_static=mu_0),),
+)
 
 
 SYSTEM = System(
     title="Block on an incline with dry friction",
     source="Meriam & Kraige, Engineering Mechanics: Statics, sect. 6/3; Beer & Johnston, ch. 8",
-    parameters=(m, alpha, mu, mu_0, g),
-    build=build,
+    build=mechanism,
     start_velocity={"x": -1.0},
     duration=2.0,
     tags=("planar", "friction", "corners"),

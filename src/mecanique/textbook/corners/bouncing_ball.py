@@ -16,24 +16,20 @@ r = mq.Parameter("r", 0.1, "m", "radius of the ball")
 e = mq.Parameter("e", 0.8, "1", "coefficient of restitution")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the mechanism."""
-    return mq.Mechanism(
-        name="bouncing_ball",
-        bodies=(mq.Body("ground"), mq.Body("ball", mq.ball(m, r))),
-        joints=(slide("fall", "ground", "ball", "z", at=(0, 0, r), axis=(0, 0, 1)),),
-        parameters=(m, r, e, g),
-        gravity=(0, 0, -g),
-        switching=(mq.Contact("floor", "ball", radius=r, restitution=e),),
-    )
+mechanism = mq.Mechanism(
+    name="bouncing_ball",
+    bodies=(mq.Body("ground"), mq.Body("ball", mq.ball(m, r))),
+    joints=(slide("fall", "ground", "ball", "z", at=(0, 0, r), axis=(0, 0, 1)),),
+    parameters=(m, r, e, g),
+    gravity=(0, 0, -g),
+    switching=(mq.Contact("floor", "ball", radius=r, restitution=e),),
+)
 
 
 SYSTEM = System(
     title="Ball that bounces to rest",
     source="Meriam & Kraige, Dynamics, sect. 3/12; Goldsmith, Impact, ch. 1",
-    parameters=(m, r, e, g),
-    build=build,
+    build=mechanism,
     start={"z": 1.0},
     duration=5.0,
     tags=("planar", "impact", "corners"),

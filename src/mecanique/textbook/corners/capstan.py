@@ -21,26 +21,23 @@ g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 DRUM = 0.1
 """Radius of the drum in pictures; nothing depends on it [m]."""
 
-
-def build() -> mq.Mechanism:
-    """Return the mechanism."""
-    beside = mq.Placement((2 * DRUM, 0, 0))
-    drum = mq.Visual(mq.Cylinder(DRUM, 0.1), mq.Placement((DRUM, 0, 0), (pi / 2, 0, 0)))
-    return mq.Mechanism(
-        name="capstan",
-        bodies=(
-            mq.Body("ground", mq.massless(drum)),
-            mq.Body("left", mq.particle(m_1)),
-            mq.Body("right", mq.particle(m_2)),
-        ),
-        joints=(
-            mq.Prismatic("run1", "ground", "left", axis=(0, 0, -1), coordinate="x"),
-            mq.Prismatic("run2", "ground", "right", axis=(0, 0, -1), origin=beside, coordinate="y"),
-        ),
-        parameters=(m_1, m_2, l, phi, mu, g),
-        gravity=(0, 0, -g),
-        switching=(mq.Capstan("drum", "run1", "run2", length=l, wrap=phi, mu=mu),),
-    )
+beside = mq.Placement((2 * DRUM, 0, 0))
+drum = mq.Visual(mq.Cylinder(DRUM, 0.1), mq.Placement((DRUM, 0, 0), (pi / 2, 0, 0)))
+mechanism = mq.Mechanism(
+    name="capstan",
+    bodies=(
+        mq.Body("ground", mq.massless(drum)),
+        mq.Body("left", mq.particle(m_1)),
+        mq.Body("right", mq.particle(m_2)),
+    ),
+    joints=(
+        mq.Prismatic("run1", "ground", "left", axis=(0, 0, -1), coordinate="x"),
+        mq.Prismatic("run2", "ground", "right", axis=(0, 0, -1), origin=beside, coordinate="y"),
+    ),
+    parameters=(m_1, m_2, l, phi, mu, g),
+    gravity=(0, 0, -g),
+    switching=(mq.Capstan("drum", "run1", "run2", length=l, wrap=phi, mu=mu),),
+)
 
 
 def _sinks(s: facts.Values) -> float:
@@ -58,8 +55,7 @@ def _rises(s: facts.Values) -> float:
 SYSTEM = System(
     title="Two weights on a cord over a rough drum",
     source="Euler, Mém. Acad. Berlin 18 (1769) 265; Meriam & Kraige, Statics, sect. 6/8",
-    parameters=(m_1, m_2, l, phi, mu, g),
-    build=build,
+    build=mechanism,
     start={"x": 1.0, "y": 2.0},
     start_velocity={"x": -1.0, "y": 1.0},
     duration=0.8,

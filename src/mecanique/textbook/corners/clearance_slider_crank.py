@@ -31,48 +31,47 @@ mu = mq.Parameter("mu", 0.01, "1", "coefficient of friction")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build() -> mq.Mechanism:
-    """Return the mechanism."""
+def link(m: mq.Parameter, J: mq.Parameter, l: mq.Parameter) -> mq.Shape:
+    """Return a bar of the linkage with its own moment of inertia."""
+    drawn = mq.rod(m, l).at(rpy=(0, -pi / 2, 0)).visuals
+    return mq.Shape(m, (l / 2, 0, 0), (J, J, J, 0, 0, 0), visuals=drawn)
 
-    def link(m: mq.Parameter, J: mq.Parameter, l: mq.Parameter) -> mq.Shape:
-        drawn = mq.rod(m, l).at(rpy=(0, -pi / 2, 0)).visuals
-        return mq.Shape(m, (l / 2, 0, 0), (J, J, J, 0, 0, 0), visuals=drawn)
 
-    drawn = mq.box(m_3, (2 * a, 2 * b, 2 * b)).visuals
-    block = mq.Shape(m_3, inertia=(J_3, J_3, J_3, 0, 0, 0), visuals=drawn)
-    walls = {
-        1: mq.Placement((0, 0, b + c), (pi, 0, 0)),
-        -1: mq.Placement((0, 0, -b - c)),
-    }
-    names = {1: "upper", -1: "lower"}
-    return mq.Mechanism(
-        name="clearance_slider_crank",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("crank", link(m_1, J_1, l_1)),
-            mq.Body("rod", link(m_2, J_2, l_2)),
-            mq.Body("block", block),
-        ),
-        joints=(
-            hinge("shaft", "ground", "crank", "p"),
-            hinge("crank_pin", "crank", "rod", "q", at=(l_1, 0, 0)),
-            hinge("wrist_pin", "rod", "block", "s", at=(l_2, 0, 0)),
-        ),
-        parameters=(l_1, l_2, m_1, m_2, m_3, J_1, J_2, J_3, a, b, c, e, mu, g),
-        gravity=(0, 0, -g),
-        switching=tuple(
-            mq.Contact(
-                f"{names[side]} {where}",
-                "block",
-                center=(end * a, 0, side * b),
-                plane=walls[side],
-                mu=mu,
-                restitution=e,
-            )
-            for side in (1, -1)
-            for end, where in ((-1, "left"), (1, "right"))
-        ),
-    )
+drawn = mq.box(m_3, (2 * a, 2 * b, 2 * b)).visuals
+block = mq.Shape(m_3, inertia=(J_3, J_3, J_3, 0, 0, 0), visuals=drawn)
+walls = {
+    1: mq.Placement((0, 0, b + c), (pi, 0, 0)),
+    -1: mq.Placement((0, 0, -b - c)),
+}
+names = {1: "upper", -1: "lower"}
+mechanism = mq.Mechanism(
+    name="clearance_slider_crank",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("crank", link(m_1, J_1, l_1)),
+        mq.Body("rod", link(m_2, J_2, l_2)),
+        mq.Body("block", block),
+    ),
+    joints=(
+        hinge("shaft", "ground", "crank", "p"),
+        hinge("crank_pin", "crank", "rod", "q", at=(l_1, 0, 0)),
+        hinge("wrist_pin", "rod", "block", "s", at=(l_2, 0, 0)),
+    ),
+    parameters=(l_1, l_2, m_1, m_2, m_3, J_1, J_2, J_3, a, b, c, e, mu, g),
+    gravity=(0, 0, -g),
+    switching=tuple(
+        mq.Contact(
+            f"{names[side]} {where}",
+            "block",
+            center=(end * a, 0, side * b),
+            plane=walls[side],
+            mu=mu,
+            restitution=e,
+        )
+        for side in (1, -1)
+        for end, where in ((-1, "left"), (1, "right"))
+    ),
+)
 
 
 def _absolute_mass(s: facts.Values) -> list[list[float]]:
@@ -100,8 +99,7 @@ def _kinetic_energy(s: facts.Values) -> float:
 SYSTEM = System(
     title="Slider-crank with clearance in its guide",
     source="Flores, Leine & Glocker, Multibody Syst. Dyn. 23 (2010) 165, sect. 5",
-    parameters=(l_1, l_2, m_1, m_2, m_3, J_1, J_2, J_3, a, b, c, e, mu, g),
-    build=build,
+    build=mechanism,
     start_velocity={"p": 150.0, "q": -225.0, "s": 75.0},
     duration=0.05,
     tags=("planar", "impact", "friction", "contact", "corners"),

@@ -13,31 +13,27 @@ J_2 = mq.Parameter("J_2", 0.2, "kg·m²", "inertia of the driven shaft")
 T = mq.Parameter("T", 3.0, "N·m", "torque at which the plates slip")
 R = mq.Parameter("R", 0.3, "m", "radius of the disks")
 
-
-def build() -> mq.Mechanism:
-    """Return the mechanism."""
-    return mq.Mechanism(
-        name="clutch",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("drive", mq.disk(2 * J_1 / R**2, R)),
-            mq.Body("load", mq.disk(2 * J_2 / R**2, R)),
-        ),
-        joints=(
-            mq.Revolute("shaft", "ground", "drive", coordinate="p"),
-            mq.Revolute("clutch", "drive", "load", coordinate="s"),
-        ),
-        parameters=(J_1, J_2, T, R),
-        gravity=(0, 0, 0),
-        switching=(mq.Friction("plates", "clutch", 1.0, T),),
-    )
+mechanism = mq.Mechanism(
+    name="clutch",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("drive", mq.disk(2 * J_1 / R**2, R)),
+        mq.Body("load", mq.disk(2 * J_2 / R**2, R)),
+    ),
+    joints=(
+        mq.Revolute("shaft", "ground", "drive", coordinate="p"),
+        mq.Revolute("clutch", "drive", "load", coordinate="s"),
+    ),
+    parameters=(J_1, J_2, T, R),
+    gravity=(0, 0, 0),
+    switching=(mq.Friction("plates", "clutch", 1.0, T),),
+)
 
 
 SYSTEM = System(
     title="Clutch that slips until it locks",
     source="Shigley, Mechanical Engineering Design, sect. 16-1",
-    parameters=(J_1, J_2, T, R),
-    build=build,
+    build=mechanism,
     start_velocity={"p": 40.0, "s": -40.0},
     duration=3.0,
     tags=("friction", "corners"),

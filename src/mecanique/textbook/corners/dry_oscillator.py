@@ -16,25 +16,21 @@ k = mq.Parameter("k", 100.0, "N/m", "stiffness of the spring")
 mu = mq.Parameter("mu", 0.1, "1", "coefficient of friction")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the mechanism."""
-    return mq.Mechanism(
-        name="dry_oscillator",
-        bodies=(mq.Body("ground"), mq.Body("block", mq.box(m, (0.1, 0.1, 0.1)))),
-        joints=(mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
-        forces=(mq.JointSpring("spring", "slide", k),),
-        parameters=(m, k, mu, g),
-        gravity=(0, 0, -g),
-        switching=(mq.Friction("dry", "slide", mu, m * g),),
-    )
+mechanism = mq.Mechanism(
+    name="dry_oscillator",
+    bodies=(mq.Body("ground"), mq.Body("block", mq.box(m, (0.1, 0.1, 0.1)))),
+    joints=(mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
+    forces=(mq.JointSpring("spring", "slide", k),),
+    parameters=(m, k, mu, g),
+    gravity=(0, 0, -g),
+    switching=(mq.Friction("dry", "slide", mu, m * g),),
+)
 
 
 SYSTEM = System(
     title="Mass on a spring with dry friction",
     source="Den Hartog, Mechanical Vibrations, sect. 8.3; Rao, Mechanical Vibrations, sect. 2.7",
-    parameters=(m, k, mu, g),
-    build=build,
+    build=mechanism,
     start={"x": 0.1},
     duration=3.0,
     tags=("planar", "spring", "friction", "corners"),

@@ -14,28 +14,24 @@ m = mq.Parameter("m", 10.0, "kg", "mass of the ladder")
 l = mq.Parameter("l", 2.0, "m", "length of the ladder")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the mechanism."""
-    wall = mq.Placement((0, 0, 0), (0, pi / 2, 0))
-    return mq.Mechanism(
-        name="ladder",
-        bodies=(mq.Body("ground"), mq.Body("ladder", mq.rod(m, l))),
-        joints=(mq.Planar("plane", "ground", "ladder", axis=(0, -1, 0), names=("x", "z", "th")),),
-        parameters=(m, l, g),
-        gravity=(0, 0, -g),
-        switching=(
-            mq.Contact("floor", "ladder", center=(0, 0, -l)),
-            mq.Contact("wall", "ladder", plane=wall),
-        ),
-    )
+wall = mq.Placement((0, 0, 0), (0, pi / 2, 0))
+mechanism = mq.Mechanism(
+    name="ladder",
+    bodies=(mq.Body("ground"), mq.Body("ladder", mq.rod(m, l))),
+    joints=(mq.Planar("plane", "ground", "ladder", axis=(0, -1, 0), names=("x", "z", "th")),),
+    parameters=(m, l, g),
+    gravity=(0, 0, -g),
+    switching=(
+        mq.Contact("floor", "ladder", center=(0, 0, -l)),
+        mq.Contact("wall", "ladder", plane=wall),
+    ),
+)
 
 
 SYSTEM = System(
     title="Ladder that slides down a smooth wall",
     source="Routh, Dynamics of a System of Rigid Bodies, Part I, art. 144",
-    parameters=(m, l, g),
-    build=build,
+    build=mechanism,
     start={"x": 0.0, "z": 2.0 * cos(0.3), "th": 0.3},
     duration=1.1,
     tags=("planar", "contact", "corners"),

@@ -11,32 +11,28 @@ from mecanique.textbook import System, facts
 m = mq.Parameter("m", 1.0, "kg", "mass of each ball")
 r = mq.Parameter("r", 0.05, "m", "radius of each ball")
 
-
-def build() -> mq.Mechanism:
-    """Return the mechanism."""
-    apart = mq.Placement((2 * r, 0, 0))
-    return mq.Mechanism(
-        name="newtons_cradle",
-        bodies=(mq.Body("ground"), *(mq.Body(f"ball{i}", mq.ball(m, r)) for i in (1, 2, 3))),
-        joints=(
-            mq.Prismatic("way", "ground", "ball1", axis=(1, 0, 0), coordinate="x"),
-            mq.Prismatic("gap1", "ball1", "ball2", axis=(1, 0, 0), origin=apart, coordinate="s1"),
-            mq.Prismatic("gap2", "ball2", "ball3", axis=(1, 0, 0), origin=apart, coordinate="s2"),
-        ),
-        parameters=(m, r),
-        gravity=(0, 0, 0),
-        switching=tuple(
-            mq.Stop(f"touch{i}", f"gap{i}", at=0.0, side=-1, restitution=1.0, in_turn=True)
-            for i in (1, 2)
-        ),
-    )
+apart = mq.Placement((2 * r, 0, 0))
+mechanism = mq.Mechanism(
+    name="newtons_cradle",
+    bodies=(mq.Body("ground"), *(mq.Body(f"ball{i}", mq.ball(m, r)) for i in (1, 2, 3))),
+    joints=(
+        mq.Prismatic("way", "ground", "ball1", axis=(1, 0, 0), coordinate="x"),
+        mq.Prismatic("gap1", "ball1", "ball2", axis=(1, 0, 0), origin=apart, coordinate="s1"),
+        mq.Prismatic("gap2", "ball2", "ball3", axis=(1, 0, 0), origin=apart, coordinate="s2"),
+    ),
+    parameters=(m, r),
+    gravity=(0, 0, 0),
+    switching=tuple(
+        mq.Stop(f"touch{i}", f"gap{i}", at=0.0, side=-1, restitution=1.0, in_turn=True)
+        for i in (1, 2)
+    ),
+)
 
 
 SYSTEM = System(
     title="Newton's cradle of three balls",
     source="Herrmann & Seitz, Am. J. Phys. 50 (1982) 977",
-    parameters=(m, r),
-    build=build,
+    build=mechanism,
     start={"x": -0.3, "s1": 0.3},
     start_velocity={"x": 1.0, "s1": -1.0},
     duration=1.0,

@@ -15,17 +15,14 @@ l = mq.Parameter("l", 1.0, "m", "half the length of the rod")
 mu = mq.Parameter("mu", 1.3, "1", "coefficient of friction")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the mechanism."""
-    return mq.Mechanism(
-        name="painleve_rod",
-        bodies=(mq.Body("ground"), mq.Body("rod", mq.rod(m, 2 * l).at((0, 0, l)))),
-        joints=(mq.Planar("plane", "ground", "rod", axis=(0, -1, 0), names=("x", "z", "th")),),
-        parameters=(m, l, mu, g),
-        gravity=(0, 0, -g),
-        switching=(mq.Contact("floor", "rod", center=(0, 0, -l), mu=mu),),
-    )
+mechanism = mq.Mechanism(
+    name="painleve_rod",
+    bodies=(mq.Body("ground"), mq.Body("rod", mq.rod(m, 2 * l).at((0, 0, l)))),
+    joints=(mq.Planar("plane", "ground", "rod", axis=(0, -1, 0), names=("x", "z", "th")),),
+    parameters=(m, l, mu, g),
+    gravity=(0, 0, -g),
+    switching=(mq.Contact("floor", "rod", center=(0, 0, -l), mu=mu),),
+)
 
 
 LEAN = pi / 2 - atan(2.0)
@@ -42,8 +39,7 @@ def _slides(s: facts.Values) -> list[float]:
 SYSTEM = System(
     title="Painlevé's rod, which slides on its end",
     source="Painlevé, C. R. Acad. Sci. 121 (1895) 112; Champneys & Várkonyi, arXiv 1601.03545",
-    parameters=(m, l, mu, g),
-    build=build,
+    build=mechanism,
     start={"z": cos(LEAN), "x": 0.0, "th": LEAN},
     start_velocity={"x": 1.0},
     duration=0.2,

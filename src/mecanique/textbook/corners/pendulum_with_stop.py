@@ -16,17 +16,14 @@ l = mq.Parameter("l", 1.0, "m", "length of the bar")
 e = mq.Parameter("e", 0.5, "1", "coefficient of restitution")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the mechanism."""
-    return mq.Mechanism(
-        name="pendulum_with_stop",
-        bodies=(mq.Body("ground"), mq.Body("bar", mq.rod(m, l))),
-        joints=(hinge("pin", "ground", "bar", "q"),),
-        parameters=(m, l, e, g),
-        gravity=(0, 0, -g),
-        switching=(mq.Stop("stop", "pin", at=0.0, side=-1, restitution=e),),
-    )
+mechanism = mq.Mechanism(
+    name="pendulum_with_stop",
+    bodies=(mq.Body("ground"), mq.Body("bar", mq.rod(m, l))),
+    joints=(hinge("pin", "ground", "bar", "q"),),
+    parameters=(m, l, e, g),
+    gravity=(0, 0, -g),
+    switching=(mq.Stop("stop", "pin", at=0.0, side=-1, restitution=e),),
+)
 
 
 def _quarter(s: facts.Values) -> float:
@@ -38,8 +35,7 @@ def _quarter(s: facts.Values) -> float:
 SYSTEM = System(
     title="Bar pendulum that strikes a stop",
     source="Shaw & Rand, Int. J. Non-Linear Mech. 24 (1989) 41; Goldsmith, Impact, ch. 2",
-    parameters=(m, l, e, g),
-    build=build,
+    build=mechanism,
     start={"q": 1.0},
     duration=6.0,
     tags=("planar", "pendulum", "impact", "corners"),

@@ -16,20 +16,17 @@ h = mq.Parameter("h", 0.8, "m", "height of the block")
 mu = mq.Parameter("mu", 1.0, "1", "coefficient of friction")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the mechanism."""
-    return mq.Mechanism(
-        name="rocking_block",
-        bodies=(mq.Body("ground"), mq.Body("block", mq.box(m, (b, b, h)))),
-        joints=(mq.Planar("plane", "ground", "block", axis=(0, -1, 0), names=("x", "z", "th")),),
-        parameters=(m, b, h, mu, g),
-        gravity=(0, 0, -g),
-        switching=(
-            mq.Contact("left", "block", center=(-b / 2, 0, -h / 2), mu=mu),
-            mq.Contact("right", "block", center=(b / 2, 0, -h / 2), mu=mu),
-        ),
-    )
+mechanism = mq.Mechanism(
+    name="rocking_block",
+    bodies=(mq.Body("ground"), mq.Body("block", mq.box(m, (b, b, h)))),
+    joints=(mq.Planar("plane", "ground", "block", axis=(0, -1, 0), names=("x", "z", "th")),),
+    parameters=(m, b, h, mu, g),
+    gravity=(0, 0, -g),
+    switching=(
+        mq.Contact("left", "block", center=(-b / 2, 0, -h / 2), mu=mu),
+        mq.Contact("right", "block", center=(b / 2, 0, -h / 2), mu=mu),
+    ),
+)
 
 
 TILT = atan2(0.2, 0.8) / 2
@@ -56,8 +53,7 @@ def _quarter(s: facts.Values) -> float:
 SYSTEM = System(
     title="Block that rocks on its edges",
     source="Housner, Bull. Seism. Soc. Am. 53 (1963) 403",
-    parameters=(m, b, h, mu, g),
-    build=build,
+    build=mechanism,
     start={
         "x": -0.1 * cos(TILT) + 0.4 * sin(TILT),
         "z": 0.1 * sin(TILT) + 0.4 * cos(TILT),

@@ -16,27 +16,23 @@ m = mq.Parameter("m", 1.0, "kg", "mass of the particle")
 l = mq.Parameter("l", 1.0, "m", "length of the cord")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the mechanism."""
-    return mq.Mechanism(
-        name="slack_cord",
-        bodies=(mq.Body("ground"), mq.Body("ray", mq.massless()), mq.Body("bob", mq.particle(m))),
-        joints=(
-            hinge("turn", "ground", "ray", "th"),
-            mq.Prismatic("out", "ray", "bob", axis=(0, 0, -1), coordinate="r"),
-        ),
-        parameters=(m, l, g),
-        gravity=(0, 0, -g),
-        switching=(mq.Stop("cord", "out", at=l, side=1),),
-    )
+mechanism = mq.Mechanism(
+    name="slack_cord",
+    bodies=(mq.Body("ground"), mq.Body("ray", mq.massless()), mq.Body("bob", mq.particle(m))),
+    joints=(
+        hinge("turn", "ground", "ray", "th"),
+        mq.Prismatic("out", "ray", "bob", axis=(0, 0, -1), coordinate="r"),
+    ),
+    parameters=(m, l, g),
+    gravity=(0, 0, -g),
+    switching=(mq.Stop("cord", "out", at=l, side=1),),
+)
 
 
 SYSTEM = System(
     title="Particle on a cord that goes slack",
     source="Meriam & Kraige, Dynamics, sect. 3/5; Lamb, Dynamics, art. 38",
-    parameters=(m, l, g),
-    build=build,
+    build=mechanism,
     start={"th": 0.0, "r": 1.0},
     start_velocity={"th": sqrt(4 * 9.81)},
     duration=1.5,

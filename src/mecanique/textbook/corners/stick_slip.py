@@ -18,26 +18,22 @@ mu = mq.Parameter("mu", 0.2, "1", "coefficient of kinetic friction")
 mu_0 = mq.Parameter("mu_0", 0.4, "1", "coefficient of static friction")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the mechanism."""
-    return mq.Mechanism(
-        name="stick_slip",
-        bodies=(mq.Body("ground"), mq.Body("block", mq.box(m, (0.1, 0.1, 0.1)))),
-        joints=(mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
-        forces=(mq.JointSpring("spring", "slide", k),),
-        parameters=(m, k, v, mu, mu_0, g),
-        gravity=(0, 0, -g),
-        switching=(mq.Friction("belt", "slide", mu, m * g, mu_static=mu_0, speed=v),),
-    )
+mechanism = mq.Mechanism(
+    name="stick_slip",
+    bodies=(mq.Body("ground"), mq.Body("block", mq.box(m, (0.1, 0.1, 0.1)))),
+    joints=(mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
+    forces=(mq.JointSpring("spring", "slide", k),),
+    parameters=(m, k, v, mu, mu_0, g),
+    gravity=(0, 0, -g),
+    switching=(mq.Friction("belt", "slide", mu, m * g, mu_static=mu_0, speed=v),),
+)
 
 
 SYSTEM = System(
     title="Mass on a moving belt, held by a spring",
     source="Den Hartog, Mechanical Vibrations, sect. 7.6; Popp & Stelter, Phil. Trans. A 332 "
     "(1990) 89",
-    parameters=(m, k, v, mu, mu_0, g),
-    build=build,
+    build=mechanism,
     start_velocity={"x": 0.1},
     duration=10.0,
     tags=("planar", "spring", "friction", "corners"),

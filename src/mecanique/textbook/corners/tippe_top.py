@@ -21,20 +21,17 @@ J_3 = mq.Parameter("J_3", 3.2e-6, "kg·m²", "moment of inertia along the axis")
 mu = mq.Parameter("mu", 0.3, "1", "coefficient of friction")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the mechanism."""
-    stem = mq.Visual(mq.Cylinder(0.2 * r, 0.9 * r), mq.Placement((0, 0, 1.4 * r)))
-    visuals = (*mq.ball(m, r).visuals, stem)
-    top = mq.Shape(m, (0, 0, -c), (J_1, J_1, J_3, 0, 0, 0), visuals=visuals)
-    return mq.Mechanism(
-        name="tippe_top",
-        bodies=(mq.Body("ground"), mq.Body("top", top)),
-        joints=(mq.Floating("top", "ground", "top"),),
-        parameters=(m, r, c, J_1, J_3, mu, g),
-        gravity=(0, 0, -g),
-        switching=(mq.Contact("floor", "top", radius=r, mu=mu),),
-    )
+stem = mq.Visual(mq.Cylinder(0.2 * r, 0.9 * r), mq.Placement((0, 0, 1.4 * r)))
+visuals = (*mq.ball(m, r).visuals, stem)
+top = mq.Shape(m, (0, 0, -c), (J_1, J_1, J_3, 0, 0, 0), visuals=visuals)
+mechanism = mq.Mechanism(
+    name="tippe_top",
+    bodies=(mq.Body("ground"), mq.Body("top", top)),
+    joints=(mq.Floating("top", "ground", "top"),),
+    parameters=(m, r, c, J_1, J_3, mu, g),
+    gravity=(0, 0, -g),
+    switching=(mq.Contact("floor", "top", radius=r, mu=mu),),
+)
 
 
 def _upward(s: facts.Values) -> tuple[float, float, float]:
@@ -65,8 +62,7 @@ SYSTEM = System(
     title="Tippe top that glides until it rolls",
     source="Jellett, A Treatise on the Theory of Friction, 1872, ch. 8; Ciocci, Malengier, "
     "Langerock & Grimonprez, J. Appl. Mech. 79 (2012) 041002",
-    parameters=(m, r, c, J_1, J_3, mu, g),
-    build=build,
+    build=mechanism,
     start={"top_z": 0.02, "top_qy": sin(TILT / 2), "top_qw": cos(TILT / 2)},
     start_velocity={"top_wz": 155.0},
     duration=0.2,

@@ -33,52 +33,49 @@ e_1 = mq.Parameter("e_1", 0.5, "1", "coefficient of restitution of the beak")
 e_3 = mq.Parameter("e_3", 0.0, "1", "coefficient of restitution of the sleeve's upper edge")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the mechanism."""
-    pole = mq.Placement((r_0, 0, 0), (0, pi / 2, 0))
-    hole = mq.box(m_M, (2 * r_M, 2 * r_M, 2 * h_M)).visuals
-    sleeve = mq.Shape(m_M, inertia=(J_M, J_M, J_M, 0, 0, 0), visuals=hole)
-    feathers = mq.box(m_S, (l_S / 2, r_0, 2 * h_S)).visuals
-    bird = mq.Shape(m_S, inertia=(J_S, J_S, J_S, 0, 0, 0), visuals=feathers).at((l_G, 0, 0))
-    return mq.Mechanism(
-        name="woodpecker",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("carriage", mq.massless()),
-            mq.Body("sleeve", sleeve),
-            mq.Body("woodpecker", bird),
+pole = mq.Placement((r_0, 0, 0), (0, pi / 2, 0))
+hole = mq.box(m_M, (2 * r_M, 2 * r_M, 2 * h_M)).visuals
+sleeve = mq.Shape(m_M, inertia=(J_M, J_M, J_M, 0, 0, 0), visuals=hole)
+feathers = mq.box(m_S, (l_S / 2, r_0, 2 * h_S)).visuals
+bird = mq.Shape(m_S, inertia=(J_S, J_S, J_S, 0, 0, 0), visuals=feathers).at((l_G, 0, 0))
+mechanism = mq.Mechanism(
+    name="woodpecker",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("carriage", mq.massless()),
+        mq.Body("sleeve", sleeve),
+        mq.Body("woodpecker", bird),
+    ),
+    joints=(
+        mq.Prismatic("pole", "ground", "carriage", axis=(0, 0, 1), coordinate="y"),
+        hinge("tilt", "carriage", "sleeve", "a"),
+        hinge("spring", "sleeve", "woodpecker", "s", at=(l_M, 0, 0)),
+    ),
+    forces=(mq.JointSpring("leaf", "spring", c),),
+    parameters=(m_M, J_M, m_S, J_S, c, r_0, r_M, h_M, l_M, l_G, h_S, l_S, mu, e_1, e_3, g),
+    gravity=(0, 0, -g),
+    switching=(
+        mq.Contact(
+            "beak",
+            "woodpecker",
+            center=(l_G - l_S, 0, h_S),
+            plane=pole,
+            mu=mu,
+            restitution=e_1,
+            law="poisson",
         ),
-        joints=(
-            mq.Prismatic("pole", "ground", "carriage", axis=(0, 0, 1), coordinate="y"),
-            hinge("tilt", "carriage", "sleeve", "a"),
-            hinge("spring", "sleeve", "woodpecker", "s", at=(l_M, 0, 0)),
+        mq.Contact("lower", "sleeve", center=(r_M, 0, -h_M), plane=pole, mu=mu, law="poisson"),
+        mq.Contact(
+            "upper",
+            "sleeve",
+            center=(r_M, 0, h_M),
+            plane=pole,
+            mu=mu,
+            restitution=e_3,
+            law="poisson",
         ),
-        forces=(mq.JointSpring("leaf", "spring", c),),
-        parameters=(m_M, J_M, m_S, J_S, c, r_0, r_M, h_M, l_M, l_G, h_S, l_S, mu, e_1, e_3, g),
-        gravity=(0, 0, -g),
-        switching=(
-            mq.Contact(
-                "beak",
-                "woodpecker",
-                center=(l_G - l_S, 0, h_S),
-                plane=pole,
-                mu=mu,
-                restitution=e_1,
-                law="poisson",
-            ),
-            mq.Contact("lower", "sleeve", center=(r_M, 0, -h_M), plane=pole, mu=mu, law="poisson"),
-            mq.Contact(
-                "upper",
-                "sleeve",
-                center=(r_M, 0, h_M),
-                plane=pole,
-                mu=mu,
-                restitution=e_3,
-                law="poisson",
-            ),
-        ),
-    )
+    ),
+)
 
 
 def _mass_matrix(s: facts.Values) -> list[list[float]]:
@@ -99,8 +96,7 @@ SYSTEM = System(
     title="Woodpecker toy, which pecks its way down a pole",
     source="Glocker & Studer, Multibody Syst. Dyn. 13 (2005) 447, sect. 6; Pfeiffer & Glocker, "
     "Multibody Dynamics with Unilateral Contacts, 1996, ch. 12",
-    parameters=(m_M, J_M, m_S, J_S, c, r_0, r_M, h_M, l_M, l_G, h_S, l_S, mu, e_1, e_3, g),
-    build=build,
+    build=mechanism,
     start={"a": -0.1, "s": -0.15},
     start_velocity={"s": -7.4583, "y": -0.3411},
     duration=0.3,

@@ -21,26 +21,23 @@ K = mq.Parameter("K", 2.0, "N·m", "amplitude of the torque")
 W = mq.Parameter("W", 2.7, "rad/s", "angular frequency of the torque")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return both links and the torque between them."""
-    tau = mq.Input("tau", K * mq.sin(W * mq.time()), "N·m", "torque of the hips")
-    return mq.Mechanism(
-        name="acrobot",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("link1", mq.rod(m1, l1)),
-            mq.Body("link2", mq.rod(m2, l2)),
-        ),
-        joints=(
-            hinge("hands", "ground", "link1", "q1"),
-            hinge("hips", "link1", "link2", "q2", at=(0, 0, -l1)),
-        ),
-        forces=(mq.JointForce("motor", "hips", tau),),
-        parameters=(m1, m2, l1, l2, K, W, g),
-        inputs=(tau,),
-        gravity=(0, 0, -g),
-    )
+tau = mq.Input("tau", K * mq.sin(W * mq.time()), "N·m", "torque of the hips")
+mechanism = mq.Mechanism(
+    name="acrobot",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("link1", mq.rod(m1, l1)),
+        mq.Body("link2", mq.rod(m2, l2)),
+    ),
+    joints=(
+        hinge("hands", "ground", "link1", "q1"),
+        hinge("hips", "link1", "link2", "q2", at=(0, 0, -l1)),
+    ),
+    forces=(mq.JointForce("motor", "hips", tau),),
+    parameters=(m1, m2, l1, l2, K, W, g),
+    inputs=(tau,),
+    gravity=(0, 0, -g),
+)
 
 
 def mass_matrix(s: facts.Values) -> list[list[facts.Number]]:
@@ -78,8 +75,7 @@ def squares(s: facts.Values) -> tuple[facts.Number, facts.Number]:
 SYSTEM = System(
     title="Gymnast on the bar: two links, torque at the hips only",
     source="Spong, IEEE Control Systems 15 (1995) 49; Tedrake, Underactuated Robotics, sect. 3.1",
-    parameters=(m1, m2, l1, l2, K, W, g),
-    build=build,
+    build=mechanism,
     duration=20.0,
     tags=("robot", "pendulum", "planar", "control", "underactuated"),
     facts=(

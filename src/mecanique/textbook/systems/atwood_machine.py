@@ -23,30 +23,27 @@ R = mq.Parameter("R", 0.2, "m", "radius of the pulley")
 h = mq.Parameter("h", 1.0, "m", "depth of both weights below the axle at x = 0")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the pulley and both weights."""
-    x, size = mq.coordinate("x"), (0.1, 0.1, 0.1)
-    return mq.Mechanism(
-        name="atwood_machine",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("pulley", mq.disk(M, R).at(rpy=(pi / 2, 0, 0))),
-            mq.Body("weight1", mq.box(m1, size)),
-            mq.Body("weight2", mq.box(m2, size)),
-        ),
-        joints=(
-            slide("rail1", "ground", "weight1", "x", at=(-R, 0, -h), axis=(0, 0, -1)),
-            slide("rail2", "ground", "weight2", "x2", at=(R, 0, -h), axis=(0, 0, -1)),
-            hinge("axle", "ground", "pulley", "turn"),
-        ),
-        coordinates=mq.Coordinates(("x",), {"x2": -x, "turn": x / R}, limits={"x": (-h, h)}),
-        elements=(
-            mq.Cord("cord", ("weight1", HERE), (mq.Pulley("pulley", R, -1),), ("weight2", HERE)),
-        ),
-        parameters=(m1, m2, M, R, h, g),
-        gravity=(0, 0, -g),
-    )
+x, size = mq.coordinate("x"), (0.1, 0.1, 0.1)
+mechanism = mq.Mechanism(
+    name="atwood_machine",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("pulley", mq.disk(M, R).at(rpy=(pi / 2, 0, 0))),
+        mq.Body("weight1", mq.box(m1, size)),
+        mq.Body("weight2", mq.box(m2, size)),
+    ),
+    joints=(
+        slide("rail1", "ground", "weight1", "x", at=(-R, 0, -h), axis=(0, 0, -1)),
+        slide("rail2", "ground", "weight2", "x2", at=(R, 0, -h), axis=(0, 0, -1)),
+        hinge("axle", "ground", "pulley", "turn"),
+    ),
+    coordinates=mq.Coordinates(("x",), {"x2": -x, "turn": x / R}, limits={"x": (-h, h)}),
+    elements=(
+        mq.Cord("cord", ("weight1", HERE), (mq.Pulley("pulley", R, -1),), ("weight2", HERE)),
+    ),
+    parameters=(m1, m2, M, R, h, g),
+    gravity=(0, 0, -g),
+)
 
 
 def inertia(s: facts.Values) -> facts.Number:
@@ -63,8 +60,7 @@ SYSTEM = System(
     title="Two weights on a cord over a pulley",
     source="Atwood, A Treatise on the Rectilinear Motion, 1784; Goldstein, Classical Mechanics, "
     "sect. 1.6",
-    parameters=(m1, m2, M, R, h, g),
-    build=build,
+    build=mechanism,
     start={"x": -0.6},
     duration=1.7,
     tags=("pulley", "planar", "linear", "mimic"),

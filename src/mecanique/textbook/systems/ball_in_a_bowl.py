@@ -21,30 +21,28 @@ r = mq.Parameter("r", 0.1, "m", "radius of the ball")
 R = mq.Parameter("R", 0.6, "m", "radius of the bowl")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the ball, its center led by three slides; the bowl is drawn by level circles."""
-    levels = tuple(
-        mq.Visual(
-            mq.Cylinder(R * wide, 0.004 * R), mq.Placement((0, 0, R * high)), (0.6, 0.7, 0.8, 0.25)
-        )
-        for wide, high in ((0.28, 0.04), (0.6, 0.2), (0.8, 0.4), (0.92, 0.6))
+# the ball, its center led by three slides; the bowl is drawn by level circles
+levels = tuple(
+    mq.Visual(
+        mq.Cylinder(R * wide, 0.004 * R), mq.Placement((0, 0, R * high)), (0.6, 0.7, 0.8, 0.25)
     )
-    mark = mq.Visual(mq.Box((2.02 * r, 0.3 * r, 0.3 * r)), rgba=(0.9, 0.6, 0.0, 1.0))
-    turn = mq.Spherical("roll", "center", "ball", names=("qx", "qy", "qz", "qw"))
-    chart = (*slides("center"), turn)
-    return mq.Mechanism(
-        name="ball_in_a_bowl",
-        bodies=(
-            mq.Body("ground", mq.massless(*levels)),
-            *carriers(chart),
-            mq.Body("ball", mq.ball(m, r), mq.massless(mark)),
-        ),
-        joints=chart,
-        contacts=(mq.Rolling("contact", "ball", r, axis=None, bowl=R),),
-        parameters=(m, r, R, g),
-        gravity=(0, 0, -g),
-    )
+    for wide, high in ((0.28, 0.04), (0.6, 0.2), (0.8, 0.4), (0.92, 0.6))
+)
+mark = mq.Visual(mq.Box((2.02 * r, 0.3 * r, 0.3 * r)), rgba=(0.9, 0.6, 0.0, 1.0))
+turn = mq.Spherical("roll", "center", "ball", names=("qx", "qy", "qz", "qw"))
+chart = (*slides("center"), turn)
+mechanism = mq.Mechanism(
+    name="ball_in_a_bowl",
+    bodies=(
+        mq.Body("ground", mq.massless(*levels)),
+        *carriers(chart),
+        mq.Body("ball", mq.ball(m, r), mq.massless(mark)),
+    ),
+    joints=chart,
+    contacts=(mq.Rolling("contact", "ball", r, axis=None, bowl=R),),
+    parameters=(m, r, R, g),
+    gravity=(0, 0, -g),
+)
 
 
 def spin(s: facts.Values) -> facts.Number:
@@ -109,8 +107,7 @@ SYSTEM = System(
     title="Ball that rolls in a spherical bowl",
     source="E. J. Routh, Advanced Rigid Dynamics, 1905, art. 222; Neimark & Fufaev, Dynamics of "
     "Nonholonomic Systems, 1972, ch. III",
-    parameters=(m, r, R, g),
-    build=build,
+    build=mechanism,
     start={"x": 0.3, "z": 0.2},
     start_velocity={"y": 0.6, "roll_wz": 12.0},
     duration=8.0,

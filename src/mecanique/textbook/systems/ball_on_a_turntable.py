@@ -21,31 +21,29 @@ r = mq.Parameter("r", 0.12, "m", "radius of the ball")
 W = mq.Parameter("W", 2.1, "rad/s", "rate of the table")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the table and the ball, its center led by three slides."""
-    top = mq.Visual(mq.Cylinder(1.5, 0.04), mq.Placement((0, 0, -0.02)), (0.85, 0.85, 0.85, 1.0))
-    line = mq.Visual(mq.Box((2.8, 0.03, 0.004)), rgba=(0.0, 0.447, 0.698, 1.0))
-    mark = mq.Visual(mq.Box((2.02 * r, 0.3 * r, 0.3 * r)), rgba=(0.9, 0.6, 0.0, 1.0))
-    turn = mq.Spherical("roll", "center", "ball", names=("qx", "qy", "qz", "qw"))
-    chart = (*slides("center"), turn)
-    return mq.Mechanism(
-        name="ball_on_a_turntable",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("table", mq.massless(top, line)),
-            *carriers(chart),
-            mq.Body("ball", mq.ball(m, r), mq.massless(mark)),
-        ),
-        joints=(
-            mq.Revolute("axle", "ground", "table", axis=(0, 0, 1), coordinate="turn"),
-            *chart,
-        ),
-        coordinates=mq.Coordinates((), {"turn": W * mq.time()}),
-        contacts=(mq.Rolling("contact", "ball", r, axis=None, on="table"),),
-        parameters=(m, r, W, g),
-        gravity=(0, 0, -g),
-    )
+# the table and the ball, its center led by three slides
+top = mq.Visual(mq.Cylinder(1.5, 0.04), mq.Placement((0, 0, -0.02)), (0.85, 0.85, 0.85, 1.0))
+line = mq.Visual(mq.Box((2.8, 0.03, 0.004)), rgba=(0.0, 0.447, 0.698, 1.0))
+mark = mq.Visual(mq.Box((2.02 * r, 0.3 * r, 0.3 * r)), rgba=(0.9, 0.6, 0.0, 1.0))
+turn = mq.Spherical("roll", "center", "ball", names=("qx", "qy", "qz", "qw"))
+chart = (*slides("center"), turn)
+mechanism = mq.Mechanism(
+    name="ball_on_a_turntable",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("table", mq.massless(top, line)),
+        *carriers(chart),
+        mq.Body("ball", mq.ball(m, r), mq.massless(mark)),
+    ),
+    joints=(
+        mq.Revolute("axle", "ground", "table", axis=(0, 0, 1), coordinate="turn"),
+        *chart,
+    ),
+    coordinates=mq.Coordinates((), {"turn": W * mq.time()}),
+    contacts=(mq.Rolling("contact", "ball", r, axis=None, on="table"),),
+    parameters=(m, r, W, g),
+    gravity=(0, 0, -g),
+)
 
 
 def spin(s: facts.Values) -> facts.Number:
@@ -104,8 +102,7 @@ SYSTEM = System(
     title="Ball that rolls on a turntable",
     source="E. A. Milne, Vectorial Mechanics, 1948, sect. 285; Neimark & Fufaev, Dynamics of "
     "Nonholonomic Systems, 1972, ch. III",
-    parameters=(m, r, W, g),
-    build=build,
+    build=mechanism,
     start={"x": 0.6, "z": 0.12},
     start_velocity={"y": 0.4},
     duration=10.5,

@@ -92,7 +92,6 @@ SYSTEM = System(
     title="Column of n bars joined by rotational springs",
     source="Hencky, Der Eisenbau 11 (1920) 437; Timoshenko & Gere, Theory of Elastic Stability, "
     "sect. 2.1",
-    parameters=(m, l, k, P, C),
     options={"n": 4},
     build=build,
     duration=6.0,

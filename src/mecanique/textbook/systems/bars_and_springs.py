@@ -20,48 +20,45 @@ k = mq.Parameter("k", 50.0, "N/m", "stiffness of the spring at B'; the one at F 
 l = mq.Parameter("l", 0.5, "m", "a quarter of the bars' length")
 a = mq.Parameter("a", 2.0, "m", "free length of the springs")
 
-
-def build() -> mq.Mechanism:
-    """Return the assembly as a tree whose bars follow q together."""
-    turn = mq.asin(mq.coordinate("q") / (4 * l))
-    return mq.Mechanism(
-        name="bars_and_springs",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("ABC", mq.bar(4 * l, (1, 0, 0)), mq.particle(m, (3 * l, 0, 0))),
-            mq.Body("DEF", mq.bar(4 * l, (1, 0, 0)), mq.particle(2 * m, (2 * l, 0, 0))),
-            mq.Body("CF", mq.bar(l, (0, 0, -1))),
+turn = mq.asin(mq.coordinate("q") / (4 * l))
+mechanism = mq.Mechanism(
+    name="bars_and_springs",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("ABC", mq.bar(4 * l, (1, 0, 0)), mq.particle(m, (3 * l, 0, 0))),
+        mq.Body("DEF", mq.bar(4 * l, (1, 0, 0)), mq.particle(2 * m, (2 * l, 0, 0))),
+        mq.Body("CF", mq.bar(l, (0, 0, -1))),
+    ),
+    joints=(
+        hinge("A", "ground", "ABC", "alpha", at=(0, 0, l), axis=(0, 1, 0)),
+        mq.Revolute("D", "ground", "DEF", axis=(0, 1, 0), coordinate="delta"),
+        hinge("C", "ABC", "CF", "gamma", at=(4 * l, 0, 0), axis=(0, 1, 0)),
+    ),
+    forces=(
+        mq.Spring(
+            "spring_B",
+            "ground",
+            (2 * l, 0, l + a),
+            "ABC",
+            (2 * l, 0, 0),
+            stiffness=k,
+            free_length=a,
         ),
-        joints=(
-            hinge("A", "ground", "ABC", "alpha", at=(0, 0, l), axis=(0, 1, 0)),
-            mq.Revolute("D", "ground", "DEF", axis=(0, 1, 0), coordinate="delta"),
-            hinge("C", "ABC", "CF", "gamma", at=(4 * l, 0, 0), axis=(0, 1, 0)),
+        mq.Spring(
+            "spring_F",
+            "ground",
+            (4 * l, 0, -a),
+            "DEF",
+            (4 * l, 0, 0),
+            stiffness=2 * k,
+            free_length=a,
         ),
-        forces=(
-            mq.Spring(
-                "spring_B",
-                "ground",
-                (2 * l, 0, l + a),
-                "ABC",
-                (2 * l, 0, 0),
-                stiffness=k,
-                free_length=a,
-            ),
-            mq.Spring(
-                "spring_F",
-                "ground",
-                (4 * l, 0, -a),
-                "DEF",
-                (4 * l, 0, 0),
-                stiffness=2 * k,
-                free_length=a,
-            ),
-        ),
-        elements=(mq.Loop.pin("F", "CF", (0, 0, -l), "DEF", (4 * l, 0, 0)),),
-        coordinates=mq.Coordinates(("q",), {"alpha": turn, "delta": turn, "gamma": -turn}),
-        parameters=(m, k, l, a),
-        gravity=(0, 0, 0),
-    )
+    ),
+    elements=(mq.Loop.pin("F", "CF", (0, 0, -l), "DEF", (4 * l, 0, 0)),),
+    coordinates=mq.Coordinates(("q",), {"alpha": turn, "delta": turn, "gamma": -turn}),
+    parameters=(m, k, l, a),
+    gravity=(0, 0, 0),
+)
 
 
 def mass(s: facts.Values) -> facts.Number:
@@ -81,8 +78,7 @@ SYSTEM = System(
     title="Two massless bars coupled as a parallelogram, on two springs",
     source="Fundamentals of Dynamics, ch. 1, Example 1.2, Figure 1.11, "
     "without the restriction to small motion",
-    parameters=(m, k, l, a),
-    build=build,
+    build=mechanism,
     start={"q": 0.8},
     duration=6.0,
     tags=("chapter", "planar", "spring", "massless", "structure"),

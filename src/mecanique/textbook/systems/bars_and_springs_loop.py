@@ -18,23 +18,20 @@ from numpy import cos, sin, sqrt
 
 from mecanique import model as mq
 from mecanique.textbook import System, facts
-from mecanique.textbook.systems.bars_and_springs import build as build_tree
 from mecanique.textbook.systems.bars_and_springs import k, l, m
+from mecanique.textbook.systems.bars_and_springs import mechanism as tree
 
 a = mq.Parameter("a", 0.8, "m", "free length of the springs")
 
-
-def build() -> mq.Mechanism:
-    """Return the assembly of `bars_and_springs` with a loop at F instead of its map."""
-    tree = build_tree()
-    return replace(
-        tree,
-        name="bars_and_springs_loop",
-        loops=(mq.Loop.pin("F", "CF", (0, 0, -l), "DEF", (4 * l, 0, 0)),),
-        elements=(),
-        coordinates=mq.Coordinates(()),
-        parameters=(m, k, l, a),
-    )
+# the assembly of `bars_and_springs` with a loop at F instead of its map
+mechanism = replace(
+    tree,
+    name="bars_and_springs_loop",
+    loops=(mq.Loop.pin("F", "CF", (0, 0, -l), "DEF", (4 * l, 0, 0)),),
+    elements=(),
+    coordinates=mq.Coordinates(()),
+    parameters=(m, k, l, a),
+)
 
 
 def energy(s: facts.Values) -> facts.Number:
@@ -55,8 +52,7 @@ SYSTEM = System(
     title="Two massless bars on springs, closed by a massless link",
     source="Fundamentals of Dynamics, ch. 1, Example 1.2, Figure 1.11, eqs. Ex.1.2.a-Ex.1.2.j; "
     "large motion exact",
-    parameters=(m, k, l, a),
-    build=build,
+    build=mechanism,
     start={"alpha": 0.4, "delta": 0.4, "gamma": -0.4},
     duration=6.0,
     tags=("chapter", "planar", "spring", "massless", "loop", "nonlinear", "structure"),

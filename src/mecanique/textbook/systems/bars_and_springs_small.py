@@ -14,26 +14,24 @@ from numpy import cos, sqrt
 
 from mecanique import model as mq
 from mecanique.textbook import System, facts
-from mecanique.textbook.systems.bars_and_springs import build as build_tree
 from mecanique.textbook.systems.bars_and_springs import k, l, m
+from mecanique.textbook.systems.bars_and_springs import mechanism as tree
 
-
-def build() -> mq.Mechanism:
-    """Return the tree of `bars_and_springs`, whose bars turn by q / (4 l) and move vertically."""
-    turn = mq.coordinate("q") / (4 * l)
-    return replace(
-        build_tree(),
-        name="bars_and_springs_small",
-        forces=(
-            mq.JointSpring("spring_B", "A", k * (2 * l) ** 2),
-            mq.JointSpring("spring_F", "D", 2 * k * (4 * l) ** 2),
-            # the springs' vertical forces, moved to the pins, where they do no work
-            mq.Force("pull_B", "ABC", (0, 0, 0), (0, 0, k * mq.coordinate("q") / 2)),
-            mq.Force("push_F", "DEF", (0, 0, 0), (0, 0, 2 * k * mq.coordinate("q"))),
-        ),
-        coordinates=mq.Coordinates(("q",), {"alpha": turn, "delta": turn, "gamma": -turn}),
-        parameters=(m, k, l),
-    )
+# the tree of `bars_and_springs`, whose bars turn by q / (4 l) and move vertically
+turn = mq.coordinate("q") / (4 * l)
+mechanism = replace(
+    tree,
+    name="bars_and_springs_small",
+    forces=(
+        mq.JointSpring("spring_B", "A", k * (2 * l) ** 2),
+        mq.JointSpring("spring_F", "D", 2 * k * (4 * l) ** 2),
+        # the springs' vertical forces, moved to the pins, where they do no work
+        mq.Force("pull_B", "ABC", (0, 0, 0), (0, 0, k * mq.coordinate("q") / 2)),
+        mq.Force("push_F", "DEF", (0, 0, 0), (0, 0, 2 * k * mq.coordinate("q"))),
+    ),
+    coordinates=mq.Coordinates(("q",), {"alpha": turn, "delta": turn, "gamma": -turn}),
+    parameters=(m, k, l),
+)
 
 
 def frequency(s: facts.Values) -> facts.Number:
@@ -44,8 +42,7 @@ def frequency(s: facts.Values) -> facts.Number:
 SYSTEM = System(
     title="Two massless bars on two springs, vertical motion only",
     source="Fundamentals of Dynamics, ch. 1, Example 1.2, Figure 1.11, eqs. Ex.1.2.a-Ex.1.2.j",
-    parameters=(m, k, l),
-    build=build,
+    build=mechanism,
     start={"q": 0.2},
     duration=6.0,
     tags=("chapter", "planar", "spring", "massless", "linear", "structure"),

@@ -20,29 +20,27 @@ X = mq.Parameter("X", 0.05, "m", "amplitude of the base")
 W = mq.Parameter("W", 5.0, "rad/s", "angular frequency of the base")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the block on its base."""
-    wall = mq.Visual(mq.Box((0.05, 0.4, 0.4)), rgba=(0.6, 0.6, 0.6, 1.0))
-    return mq.Mechanism(
-        name="base_excited_mass",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("base", mq.massless(wall)),
-            mq.Body("block", mq.box(m, (0.3, 0.3, 0.3))),
-        ),
-        joints=(
-            mq.Prismatic("shaker", "ground", "base", axis=(1, 0, 0), coordinate="x_base"),
-            slide("slide", "base", "block", "u", at=(a, 0, 0), axis=(1, 0, 0)),
-        ),
-        forces=(
-            mq.Spring("spring", "base", (0, 0, 0), "block", (0, 0, 0), stiffness=k, free_length=a),
-            mq.Damper("damper", "base", (0, 0, 0), "block", (0, 0, 0), damping=c),
-        ),
-        coordinates=mq.Coordinates(("u",), {"x_base": X * mq.sin(W * mq.time())}),
-        parameters=(m, c, k, a, X, W, g),
-        gravity=(0, 0, -g),
-    )
+# the block on its base
+wall = mq.Visual(mq.Box((0.05, 0.4, 0.4)), rgba=(0.6, 0.6, 0.6, 1.0))
+mechanism = mq.Mechanism(
+    name="base_excited_mass",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("base", mq.massless(wall)),
+        mq.Body("block", mq.box(m, (0.3, 0.3, 0.3))),
+    ),
+    joints=(
+        mq.Prismatic("shaker", "ground", "base", axis=(1, 0, 0), coordinate="x_base"),
+        slide("slide", "base", "block", "u", at=(a, 0, 0), axis=(1, 0, 0)),
+    ),
+    forces=(
+        mq.Spring("spring", "base", (0, 0, 0), "block", (0, 0, 0), stiffness=k, free_length=a),
+        mq.Damper("damper", "base", (0, 0, 0), "block", (0, 0, 0), damping=c),
+    ),
+    coordinates=mq.Coordinates(("u",), {"x_base": X * mq.sin(W * mq.time())}),
+    parameters=(m, c, k, a, X, W, g),
+    gravity=(0, 0, -g),
+)
 
 
 def amplitude(s: facts.Values) -> facts.Number:
@@ -66,8 +64,7 @@ SYSTEM = System(
     title="Mass, spring and damper on a base that is shaken",
     source="Den Hartog, Mechanical Vibrations, sect. 2.9; Chopra, Dynamics of Structures, "
     "sect. 3.5",
-    parameters=(m, c, k, a, X, W, g),
-    build=build,
+    build=mechanism,
     duration=15.0,
     tags=("planar", "spring", "damper", "linear", "prescribed motion"),
     facts=(

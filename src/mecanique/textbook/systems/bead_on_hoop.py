@@ -19,33 +19,30 @@ R = mq.Parameter("R", 0.5, "m", "radius of the hoop")
 W = mq.Parameter("W", 6.0, "rad/s", "rate of the hoop")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the hoop, which is only drawn, and its bead."""
-    hoop = replace(mq.ring(0.0, R, thickness=0.01), inertia=(0.0,) * 6).at(rpy=(pi / 2, 0, 0))
-    return mq.Mechanism(
-        name="bead_on_hoop",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("hoop", hoop),
-            mq.Body("bead", mq.particle(m, (0, 0, -R))),
-        ),
-        joints=(
-            mq.Revolute("turntable", "ground", "hoop", axis=(0, 0, 1), coordinate="turn"),
-            hinge("slide", "hoop", "bead", "theta"),
-        ),
-        coordinates=mq.Coordinates(("theta",), {"turn": W * mq.time()}),
-        parameters=(m, R, W, g),
-        gravity=(0, 0, -g),
-    )
+# the hoop, which is only drawn, and its bead
+hoop = replace(mq.ring(0.0, R, thickness=0.01), inertia=(0.0,) * 6).at(rpy=(pi / 2, 0, 0))
+mechanism = mq.Mechanism(
+    name="bead_on_hoop",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("hoop", hoop),
+        mq.Body("bead", mq.particle(m, (0, 0, -R))),
+    ),
+    joints=(
+        mq.Revolute("turntable", "ground", "hoop", axis=(0, 0, 1), coordinate="turn"),
+        hinge("slide", "hoop", "bead", "theta"),
+    ),
+    coordinates=mq.Coordinates(("theta",), {"turn": W * mq.time()}),
+    parameters=(m, R, W, g),
+    gravity=(0, 0, -g),
+)
 
 
 SYSTEM = System(
     title="Bead on a hoop that turns steadily about a vertical diameter",
     source="Taylor, Classical Mechanics, examples 7.6 and 7.7; Marsden & Ratiu, "
     "Mechanics and Symmetry, sect. 2.8",
-    parameters=(m, R, W, g),
-    build=build,
+    build=mechanism,
     start={"theta": 0.1},
     tags=("planar", "prescribed motion", "rotating frame", "stability"),
     facts=(

@@ -24,25 +24,19 @@ m = mq.Parameter("m", 1.0, "kg", "mass of each rod")
 l = mq.Parameter("l", 1.0, "m", "length of each rod")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the linkage."""
-    places = [(l * x, l * y, l * z) for x, y, z in EDGES]
-    names = ["ground", *(f"rod{k}" for k in range(1, 6))]
-    return mq.Mechanism(
-        name="bricard_linkage",
-        bodies=(
-            mq.Body("ground"),
-            *(mq.Body(names[k], mq.rod(m, l, EDGES[k])) for k in range(1, 6)),
-        ),
-        joints=tuple(
-            hinge(f"hinge{k}", names[k - 1], names[k], f"q{k}", at=places[k - 1], axis=AXES[k - 1])
-            for k in range(1, 6)
-        ),
-        loops=(mq.Loop.hinge("hinge6", "ground", (0, 0, 0), "rod5", places[5], AXES[5]),),
-        parameters=(m, l, g),
-        gravity=(0, 0, -g),
-    )
+places = [(l * x, l * y, l * z) for x, y, z in EDGES]
+names = ["ground", *(f"rod{k}" for k in range(1, 6))]
+mechanism = mq.Mechanism(
+    name="bricard_linkage",
+    bodies=(mq.Body("ground"), *(mq.Body(names[k], mq.rod(m, l, EDGES[k])) for k in range(1, 6))),
+    joints=tuple(
+        hinge(f"hinge{k}", names[k - 1], names[k], f"q{k}", at=places[k - 1], axis=AXES[k - 1])
+        for k in range(1, 6)
+    ),
+    loops=(mq.Loop.hinge("hinge6", "ground", (0, 0, 0), "rod5", places[5], AXES[5]),),
+    parameters=(m, l, g),
+    gravity=(0, 0, -g),
+)
 
 
 def kinetic(s: facts.Values) -> facts.Number:
@@ -93,8 +87,7 @@ SYSTEM = System(
     title="Six hinges on the edges of a cube, one freedom by geometry",
     source="R. Bricard, J. Math. Pures Appl. 3 (1897) 113; Chen, You & Tarnai, "
     "Int. J. Solids Struct. 42 (2005) 2287",
-    parameters=(m, l, g),
-    build=build,
+    build=mechanism,
     tags=("linkage", "spatial", "loop", "overconstrained", "benchmark"),
     facts=(
         facts.KineticEnergy("T = Σ m v²/2 + m l² |ω × e|²/24", kinetic),

@@ -18,29 +18,26 @@ l = mq.Parameter("l", 1.0, "m", "length of the rod")
 c = mq.Parameter("c", 0.1, "N·s/m", "damping of the cart")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the cart and its pendulum."""
-    F = mq.Input("F", 0.0, "N", "force on the cart")
-    return mq.Mechanism(
-        name="cart_pole",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("cart", mq.box(M, (0.4, 0.2, 0.2))),
-            mq.Body("pole", mq.bar(l), mq.particle(m, (0, 0, -l))),
-        ),
-        joints=(
-            mq.Prismatic("slide", "ground", "cart", axis=(1, 0, 0), coordinate="x"),
-            hinge("pin", "cart", "pole", "q"),
-        ),
-        forces=(
-            mq.JointDamper("damping", "slide", c),
-            mq.Force("push", "cart", (0, 0, 0), force=(F, 0, 0)),
-        ),
-        parameters=(M, m, l, c, g),
-        inputs=(F,),
-        gravity=(0, 0, -g),
-    )
+F = mq.Input("F", 0.0, "N", "force on the cart")
+mechanism = mq.Mechanism(
+    name="cart_pole",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("cart", mq.box(M, (0.4, 0.2, 0.2))),
+        mq.Body("pole", mq.bar(l), mq.particle(m, (0, 0, -l))),
+    ),
+    joints=(
+        mq.Prismatic("slide", "ground", "cart", axis=(1, 0, 0), coordinate="x"),
+        hinge("pin", "cart", "pole", "q"),
+    ),
+    forces=(
+        mq.JointDamper("damping", "slide", c),
+        mq.Force("push", "cart", (0, 0, 0), force=(F, 0, 0)),
+    ),
+    parameters=(M, m, l, c, g),
+    inputs=(F,),
+    gravity=(0, 0, -g),
+)
 
 
 def acceleration(s: facts.Values) -> tuple[float, float]:
@@ -53,8 +50,7 @@ def acceleration(s: facts.Values) -> tuple[float, float]:
 SYSTEM = System(
     title="Pendulum hanging from a cart that is pushed and damped",
     source="Tedrake, Underactuated Robotics, sect. 3.2; Goldstein, Classical Mechanics, ch. 1",
-    parameters=(M, m, l, c, g),
-    build=build,
+    build=mechanism,
     start={"q": 2.0},
     tags=("pendulum", "planar", "control"),
     facts=(

@@ -92,7 +92,6 @@ SYSTEM = System(
     title="Chain of n four-bar linkages",
     source="González, Dopico, Luaces & Cuadrado, Multibody Syst. Dyn. 16 (2006) 179; "
     "IFToMM library, problem A02",
-    parameters=(m, l, g),
     options={"n": 2},
     build=build,
     start={"theta0": 1.0, "theta1": 1.0, "phi1": -1.0},

@@ -16,22 +16,20 @@ m = mq.Parameter("m", 2.0, "kg", "mass of the sleigh")
 a = mq.Parameter("a", 0.3, "m", "distance of the center of mass ahead of the edge")
 I = mq.Parameter("I", 0.15, "kg·m²", "moment of inertia about the center of mass")
 
-
-def build() -> mq.Mechanism:
-    """Return the sleigh, its edge at the origin of its frame."""
-    hull = mq.Visual(mq.Box((3 * a, 1.2 * a, 0.1 * a)))
-    blade = mq.massless(mq.Visual(mq.Box((0.8 * a, 0.04 * a, 0.3 * a)), rgba=(0.9, 0.6, 0.0, 1.0)))
-    return mq.Mechanism(
-        name="chaplygin_sleigh",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("sleigh", mq.Shape(m, (a, 0, 0), (I / 2, I / 2, I, 0, 0, 0), (hull,)), blade),
-        ),
-        joints=(mq.Planar("plane", "ground", "sleigh", names=("x", "y", "theta")),),
-        contacts=(mq.Blade("edge", "sleigh"),),
-        parameters=(m, a, I),
-        gravity=(0, 0, 0),
-    )
+# the sleigh, its edge at the origin of its frame
+hull = mq.Visual(mq.Box((3 * a, 1.2 * a, 0.1 * a)))
+blade = mq.massless(mq.Visual(mq.Box((0.8 * a, 0.04 * a, 0.3 * a)), rgba=(0.9, 0.6, 0.0, 1.0)))
+mechanism = mq.Mechanism(
+    name="chaplygin_sleigh",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("sleigh", mq.Shape(m, (a, 0, 0), (I / 2, I / 2, I, 0, 0, 0), (hull,)), blade),
+    ),
+    joints=(mq.Planar("plane", "ground", "sleigh", names=("x", "y", "theta")),),
+    contacts=(mq.Blade("edge", "sleigh"),),
+    parameters=(m, a, I),
+    gravity=(0, 0, 0),
+)
 
 
 def radius(s: facts.Values) -> float:
@@ -85,8 +83,7 @@ SYSTEM = System(
     title="Chaplygin's sleigh",
     source="S. A. Chaplygin, Mat. Sb. 28 (1911) 303; Neimark & Fufaev, Dynamics of Nonholonomic "
     "Systems, 1972, ch. II",
-    parameters=(m, a, I),
-    build=build,
+    build=mechanism,
     start={"x": 0.0},
     start_velocity={"theta": 1.5},
     duration=6.0,

@@ -18,17 +18,14 @@ l = mq.Parameter("l", 1.0, "m", "length of the rod")
 r = mq.Parameter("r", 0.15, "m", "radius of the disk")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the pendulum."""
-    bob = mq.disk(m2, r).at((0, 0, -l), (pi / 2, 0, 0))
-    return mq.Mechanism(
-        name="compound_pendulum",
-        bodies=(mq.Body("ground"), mq.Body("pendulum", mq.rod(m1, l), bob)),
-        joints=(hinge("pin", "ground", "pendulum", "q"),),
-        parameters=(m1, m2, l, r, g),
-        gravity=(0, 0, -g),
-    )
+bob = mq.disk(m2, r).at((0, 0, -l), (pi / 2, 0, 0))
+mechanism = mq.Mechanism(
+    name="compound_pendulum",
+    bodies=(mq.Body("ground"), mq.Body("pendulum", mq.rod(m1, l), bob)),
+    joints=(hinge("pin", "ground", "pendulum", "q"),),
+    parameters=(m1, m2, l, r, g),
+    gravity=(0, 0, -g),
+)
 
 
 def moments(s: facts.Values) -> tuple[facts.Number, facts.Number]:
@@ -64,8 +61,7 @@ SYSTEM = System(
     title="Rod with a disk, pinned: the pendulum of a clock",
     source="Huygens, Horologium oscillatorium, 1673, part IV; Goldstein, Classical Mechanics, "
     "ch. 5",
-    parameters=(m1, m2, l, r, g),
-    build=build,
+    build=mechanism,
     start={"q": 1.0},
     tags=("pendulum", "planar"),
     facts=(

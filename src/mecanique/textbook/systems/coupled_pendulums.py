@@ -20,25 +20,22 @@ a = mq.Parameter("a", 0.5, "m", "distance of the spring below the pins")
 k = mq.Parameter("k", 4.0, "N/m", "stiffness of the spring")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return both pendulums and the spring."""
-    return mq.Mechanism(
-        name="coupled_pendulums",
-        bodies=(
-            mq.Body("ground"),
-            *(mq.Body(f"bob{i}", mq.bar(l), mq.particle(m, (0, 0, -l))) for i in (1, 2)),
-        ),
-        joints=(
-            hinge("pin1", "ground", "bob1", "q1"),
-            hinge("pin2", "ground", "bob2", "q2", at=(d, 0, 0)),
-        ),
-        forces=(
-            mq.Spring("spring", "bob1", (0, 0, -a), "bob2", (0, 0, -a), stiffness=k, free_length=d),
-        ),
-        parameters=(m, l, d, a, k, g),
-        gravity=(0, 0, -g),
-    )
+mechanism = mq.Mechanism(
+    name="coupled_pendulums",
+    bodies=(
+        mq.Body("ground"),
+        *(mq.Body(f"bob{i}", mq.bar(l), mq.particle(m, (0, 0, -l))) for i in (1, 2)),
+    ),
+    joints=(
+        hinge("pin1", "ground", "bob1", "q1"),
+        hinge("pin2", "ground", "bob2", "q2", at=(d, 0, 0)),
+    ),
+    forces=(
+        mq.Spring("spring", "bob1", (0, 0, -a), "bob2", (0, 0, -a), stiffness=k, free_length=d),
+    ),
+    parameters=(m, l, d, a, k, g),
+    gravity=(0, 0, -g),
+)
 
 
 def energy(s: facts.Values) -> facts.Number:
@@ -60,8 +57,7 @@ def period(s: facts.Values) -> facts.Number:
 SYSTEM = System(
     title="Two equal pendulums joined by a weak spring",
     source="French, Vibrations and Waves, ch. 5; Goldstein, Classical Mechanics, ch. 6",
-    parameters=(m, l, d, a, k, g),
-    build=build,
+    build=mechanism,
     start={"q1": 0.4},
     duration=30.0,
     tags=("pendulum", "planar", "spring", "modes"),

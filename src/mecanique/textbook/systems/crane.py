@@ -19,29 +19,27 @@ l0 = mq.Parameter("l0", 10.0, "m", "length of the cable at t = 0")
 w = mq.Parameter("w", 0.35, "m/s", "rate of hoisting")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the trolley, the direction of the cable, and the load."""
-    F = mq.Input("F", 0.0, "N", "force on the trolley")
-    return mq.Mechanism(
-        name="crane",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("trolley", mq.box(M, (0.8, 0.4, 0.3))),
-            mq.Body("cable"),
-            mq.Body("load", mq.particle(m, radius=0.2)),
-        ),
-        joints=(
-            mq.Prismatic("beam", "ground", "trolley", axis=(1, 0, 0), coordinate="x"),
-            hinge("drum", "trolley", "cable", "theta"),
-            mq.Prismatic("hoist", "cable", "load", axis=(0, 0, -1), coordinate="l"),
-        ),
-        forces=(mq.Force("push", "trolley", (0, 0, 0), force=(F, 0, 0)),),
-        coordinates=mq.Coordinates(("x", "theta"), {"l": l0 - w * mq.time()}),
-        parameters=(M, m, l0, w, g),
-        inputs=(F,),
-        gravity=(0, 0, -g),
-    )
+# the trolley, the direction of the cable, and the load
+F = mq.Input("F", 0.0, "N", "force on the trolley")
+mechanism = mq.Mechanism(
+    name="crane",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("trolley", mq.box(M, (0.8, 0.4, 0.3))),
+        mq.Body("cable"),
+        mq.Body("load", mq.particle(m, radius=0.2)),
+    ),
+    joints=(
+        mq.Prismatic("beam", "ground", "trolley", axis=(1, 0, 0), coordinate="x"),
+        hinge("drum", "trolley", "cable", "theta"),
+        mq.Prismatic("hoist", "cable", "load", axis=(0, 0, -1), coordinate="l"),
+    ),
+    forces=(mq.Force("push", "trolley", (0, 0, 0), force=(F, 0, 0)),),
+    coordinates=mq.Coordinates(("x", "theta"), {"l": l0 - w * mq.time()}),
+    parameters=(M, m, l0, w, g),
+    inputs=(F,),
+    gravity=(0, 0, -g),
+)
 
 
 def length(s: facts.Values) -> facts.Number:
@@ -66,8 +64,7 @@ SYSTEM = System(
     title="Trolley with a load that swings while it is hoisted",
     source="Sakawa & Shindo, Automatica 18 (1982) 257; Abdel-Rahman, Nayfeh & Masoud, "
     "J. Vib. Control 9 (2003) 863",
-    parameters=(M, m, l0, w, g),
-    build=build,
+    build=mechanism,
     start={"theta": 0.2},
     duration=20.0,
     tags=("crane", "pendulum", "planar", "prescribed motion", "control"),

@@ -28,48 +28,45 @@ h = mq.Parameter(
 )
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the weights and both pulleys."""
-    x, y, size = mq.coordinate("x"), mq.coordinate("y"), (0.1, 0.1, 0.1)
-    wheel = mq.massless(
-        mq.Visual(mq.Cylinder(R, 0.02), mq.Placement(rpy=(pi / 2, 0, 0)), (0.6, 0.6, 0.6, 1.0))
-    )
-    return mq.Mechanism(
-        name="double_atwood_machine",
-        bodies=(
-            mq.Body("ground", wheel),
-            mq.Body("pulley", wheel),
-            mq.Body("weight1", mq.box(m1, size)),
-            mq.Body("weight2", mq.box(m2, size)),
-            mq.Body("weight3", mq.box(m3, size)),
+x, y, size = mq.coordinate("x"), mq.coordinate("y"), (0.1, 0.1, 0.1)
+wheel = mq.massless(
+    mq.Visual(mq.Cylinder(R, 0.02), mq.Placement(rpy=(pi / 2, 0, 0)), (0.6, 0.6, 0.6, 1.0))
+)
+mechanism = mq.Mechanism(
+    name="double_atwood_machine",
+    bodies=(
+        mq.Body("ground", wheel),
+        mq.Body("pulley", wheel),
+        mq.Body("weight1", mq.box(m1, size)),
+        mq.Body("weight2", mq.box(m2, size)),
+        mq.Body("weight3", mq.box(m3, size)),
+    ),
+    joints=(
+        slide("rail1", "ground", "weight1", "x", at=(-R, 0, -h), axis=(0, 0, -1)),
+        slide("hook", "ground", "pulley", "down", at=(R, 0, -h), axis=(0, 0, -1)),
+        slide("rail2", "pulley", "weight2", "y", at=(-R, 0, -h), axis=(0, 0, -1)),
+        slide("rail3", "pulley", "weight3", "y3", at=(R, 0, -h), axis=(0, 0, -1)),
+    ),
+    coordinates=mq.Coordinates(
+        ("x", "y"), {"down": -x, "y3": -y}, limits={"x": (-h, h), "y": (-h, h)}
+    ),
+    elements=(
+        mq.Cord(
+            "cord",
+            ("weight1", HERE),
+            (mq.Pulley("ground", R, -1, grips=False),),
+            ("pulley", HERE),
         ),
-        joints=(
-            slide("rail1", "ground", "weight1", "x", at=(-R, 0, -h), axis=(0, 0, -1)),
-            slide("hook", "ground", "pulley", "down", at=(R, 0, -h), axis=(0, 0, -1)),
-            slide("rail2", "pulley", "weight2", "y", at=(-R, 0, -h), axis=(0, 0, -1)),
-            slide("rail3", "pulley", "weight3", "y3", at=(R, 0, -h), axis=(0, 0, -1)),
+        mq.Cord(
+            "second",
+            ("weight2", HERE),
+            (mq.Pulley("pulley", R, -1, grips=False),),
+            ("weight3", HERE),
         ),
-        coordinates=mq.Coordinates(
-            ("x", "y"), {"down": -x, "y3": -y}, limits={"x": (-h, h), "y": (-h, h)}
-        ),
-        elements=(
-            mq.Cord(
-                "cord",
-                ("weight1", HERE),
-                (mq.Pulley("ground", R, -1, grips=False),),
-                ("pulley", HERE),
-            ),
-            mq.Cord(
-                "second",
-                ("weight2", HERE),
-                (mq.Pulley("pulley", R, -1, grips=False),),
-                ("weight3", HERE),
-            ),
-        ),
-        parameters=(m1, m2, m3, R, h, g),
-        gravity=(0, 0, -g),
-    )
+    ),
+    parameters=(m1, m2, m3, R, h, g),
+    gravity=(0, 0, -g),
+)
 
 
 def acceleration(s: facts.Values) -> tuple[facts.Number, facts.Number]:
@@ -92,8 +89,7 @@ def energy(s: facts.Values) -> facts.Number:
 SYSTEM = System(
     title="Three weights on two cords over a fixed and a moving pulley",
     source="Taylor, Classical Mechanics, problem 7.27; Goldstein, Classical Mechanics, ch. 1",
-    parameters=(m1, m2, m3, R, h, g),
-    build=build,
+    build=mechanism,
     start={"x": -0.3, "y": -0.5},
     duration=0.7,
     tags=("pulley", "planar", "linear", "massless", "mimic"),

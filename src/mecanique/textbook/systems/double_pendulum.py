@@ -17,25 +17,22 @@ l1 = mq.Parameter("l1", 1.0, "m", "length of the upper rod")
 l2 = mq.Parameter("l2", 1.0, "m", "length of the lower rod")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the pendulum."""
-    q1, q2 = mq.coordinate("q1"), mq.coordinate("q2")
-    return mq.Mechanism(
-        name="double_pendulum",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("rod1", mq.rod(m1, l1)),
-            mq.Body("rod2", mq.rod(m2, l2)),
-        ),
-        joints=(
-            hinge("pin1", "ground", "rod1", "q1"),
-            hinge("pin2", "rod1", "rod2", "theta2", at=(0, 0, -l1)),
-        ),
-        coordinates=mq.Coordinates(("q1", "q2"), {"theta2": q2 - q1}),
-        parameters=(m1, m2, l1, l2, g),
-        gravity=(0, 0, -g),
-    )
+q1, q2 = mq.coordinate("q1"), mq.coordinate("q2")
+mechanism = mq.Mechanism(
+    name="double_pendulum",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("rod1", mq.rod(m1, l1)),
+        mq.Body("rod2", mq.rod(m2, l2)),
+    ),
+    joints=(
+        hinge("pin1", "ground", "rod1", "q1"),
+        hinge("pin2", "rod1", "rod2", "theta2", at=(0, 0, -l1)),
+    ),
+    coordinates=mq.Coordinates(("q1", "q2"), {"theta2": q2 - q1}),
+    parameters=(m1, m2, l1, l2, g),
+    gravity=(0, 0, -g),
+)
 
 
 def mass_matrix(s: facts.Values) -> list[list[facts.Number]]:
@@ -61,8 +58,7 @@ SYSTEM = System(
     title="Two uniform rods, one hanging from the other",
     source="Goldstein, Classical Mechanics, ch. 1, ex. 22 (point masses); Levien & Tan, "
     "Am. J. Phys. 61 (1993) 1038",
-    parameters=(m1, m2, l1, l2, g),
-    build=build,
+    build=mechanism,
     start={"q1": 2.0, "q2": 1.5},
     tags=("pendulum", "planar", "chaos"),
     facts=(

@@ -17,27 +17,25 @@ m2 = mq.Parameter("m2", 1.0, "kg", "mass of the other particle")
 l = mq.Parameter("l", 1.0, "m", "length of the rod")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the particles on their rod; the rod's frame is at the center of mass."""
-    z1, z2 = -m2 * l / (m1 + m2), m1 * l / (m1 + m2)
-    rod = mq.bar(l, (0, 0, 1), start=(0, 0, z1), radius=0.01)
-    return mq.Mechanism(
-        name="dumbbell",
-        bodies=(
-            *(mq.Body(name) for name in ("ground", "along_x", "along_y", "center", "azimuth")),
-            mq.Body("rod", rod, mq.particle(m1, (0, 0, z1)), mq.particle(m2, (0, 0, z2))),
-        ),
-        joints=(
-            mq.Prismatic("x", "ground", "along_x", axis=(1, 0, 0)),
-            mq.Prismatic("y", "along_x", "along_y", axis=(0, 1, 0)),
-            mq.Prismatic("z", "along_y", "center", axis=(0, 0, 1)),
-            mq.Revolute("phi", "center", "azimuth", axis=(0, 0, 1)),
-            mq.Revolute("theta", "azimuth", "rod", axis=(0, 1, 0)),
-        ),
-        parameters=(m1, m2, l, g),
-        gravity=(0, 0, -g),
-    )
+# the particles on their rod; the rod's frame is at the center of mass
+z1, z2 = -m2 * l / (m1 + m2), m1 * l / (m1 + m2)
+rod = mq.bar(l, (0, 0, 1), start=(0, 0, z1), radius=0.01)
+mechanism = mq.Mechanism(
+    name="dumbbell",
+    bodies=(
+        *(mq.Body(name) for name in ("ground", "along_x", "along_y", "center", "azimuth")),
+        mq.Body("rod", rod, mq.particle(m1, (0, 0, z1)), mq.particle(m2, (0, 0, z2))),
+    ),
+    joints=(
+        mq.Prismatic("x", "ground", "along_x", axis=(1, 0, 0)),
+        mq.Prismatic("y", "along_x", "along_y", axis=(0, 1, 0)),
+        mq.Prismatic("z", "along_y", "center", axis=(0, 0, 1)),
+        mq.Revolute("phi", "center", "azimuth", axis=(0, 0, 1)),
+        mq.Revolute("theta", "azimuth", "rod", axis=(0, 1, 0)),
+    ),
+    parameters=(m1, m2, l, g),
+    gravity=(0, 0, -g),
+)
 
 
 def inertia(s: facts.Values) -> facts.Number:
@@ -60,8 +58,7 @@ def acceleration(s: facts.Values) -> list[float]:
 SYSTEM = System(
     title="Two particles joined by a massless rigid rod, thrown",
     source="Fundamentals of Dynamics, ch. 1, sect. 1.2; Goldstein, Classical Mechanics, ch. 1",
-    parameters=(m1, m2, l, g),
-    build=build,
+    build=mechanism,
     start={"theta": 1.2},
     start_velocity={"x": 1.0, "z": 9.81, "phi": 5.0, "theta": 2.0},
     duration=2.0,

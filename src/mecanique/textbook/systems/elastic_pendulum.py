@@ -18,21 +18,19 @@ k = mq.Parameter("k", 29.43, "N/m", "stiffness of the spring")
 l0 = mq.Parameter("l0", 1.0, "m", "free length of the spring")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the pendulum: the particle slides on a massless guide that turns about the pin."""
-    return mq.Mechanism(
-        name="elastic_pendulum",
-        bodies=(mq.Body("ground"), mq.Body("guide"), mq.Body("bob", mq.particle(m))),
-        joints=(
-            hinge("pin", "ground", "guide", "theta"),
-            mq.Prismatic("slide", "guide", "bob", axis=(0, 0, -1), coordinate="r"),
-        ),
-        forces=(mq.JointSpring("spring", "slide", k, l0),),
-        coordinates=mq.Coordinates(("r", "theta")),
-        parameters=(m, k, l0, g),
-        gravity=(0, 0, -g),
-    )
+# the pendulum: the particle slides on a massless guide that turns about the pin
+mechanism = mq.Mechanism(
+    name="elastic_pendulum",
+    bodies=(mq.Body("ground"), mq.Body("guide"), mq.Body("bob", mq.particle(m))),
+    joints=(
+        hinge("pin", "ground", "guide", "theta"),
+        mq.Prismatic("slide", "guide", "bob", axis=(0, 0, -1), coordinate="r"),
+    ),
+    forces=(mq.JointSpring("spring", "slide", k, l0),),
+    coordinates=mq.Coordinates(("r", "theta")),
+    parameters=(m, k, l0, g),
+    gravity=(0, 0, -g),
+)
 
 
 def acceleration(s: facts.Values) -> tuple[float, float]:
@@ -53,8 +51,7 @@ SYSTEM = System(
     title="Particle on a spring that swings",
     source="Vitt & Gorelik, Zh. Tekh. Fiz. 3 (1933) 294; Lynch, "
     "Int. J. Non-Linear Mech. 37 (2002) 345",
-    parameters=(m, k, l0, g),
-    build=build,
+    build=mechanism,
     start={"r": 1.63, "theta": 0.1},
     duration=40.0,
     tags=("pendulum", "planar", "spring", "chaos"),

@@ -19,25 +19,23 @@ l = mq.Parameter("l", 2.0, "m", "length of the rod")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 W = mq.Parameter("W", 0.2, "rad/s", "rate of the platform")
 
-
-def build() -> mq.Mechanism:
-    """Return the pendulum on its platform."""
-    floor = mq.Visual(mq.Box((l, l, l / 50)), mq.Placement((0, 0, -1.1 * l)), (0.8, 0.8, 0.8, 1.0))
-    return mq.Mechanism(
-        name="foucault_pendulum",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("platform", mq.massless(floor)),
-            mq.Body("bob", mq.bar(l), mq.particle(m, (0, 0, -l))),
-        ),
-        joints=(
-            mq.Revolute("turntable", "ground", "platform", axis=(0, 0, 1), coordinate="turn"),
-            mq.Universal("cardan", "platform", "bob", names=("alpha", "beta")),
-        ),
-        coordinates=mq.Coordinates(("alpha", "beta"), {"turn": W * mq.time()}),
-        parameters=(m, l, g, W),
-        gravity=(0, 0, -g),
-    )
+# the pendulum on its platform
+floor = mq.Visual(mq.Box((l, l, l / 50)), mq.Placement((0, 0, -1.1 * l)), (0.8, 0.8, 0.8, 1.0))
+mechanism = mq.Mechanism(
+    name="foucault_pendulum",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("platform", mq.massless(floor)),
+        mq.Body("bob", mq.bar(l), mq.particle(m, (0, 0, -l))),
+    ),
+    joints=(
+        mq.Revolute("turntable", "ground", "platform", axis=(0, 0, 1), coordinate="turn"),
+        mq.Universal("cardan", "platform", "bob", names=("alpha", "beta")),
+    ),
+    coordinates=mq.Coordinates(("alpha", "beta"), {"turn": W * mq.time()}),
+    parameters=(m, l, g, W),
+    gravity=(0, 0, -g),
+)
 
 
 def place(s: facts.Values) -> tuple[facts.Number, facts.Number]:
@@ -67,8 +65,7 @@ SYSTEM = System(
     title="Pendulum on a platform that turns steadily",
     source="Foucault, C. R. Acad. Sci. Paris 32 (1851) 135; Landau & Lifshitz, Mechanics, "
     "sect. 39, problem 3",
-    parameters=(m, l, g, W),
-    build=build,
+    build=mechanism,
     start={"beta": -0.3},
     duration=32.0,
     tags=("pendulum", "spatial", "prescribed motion", "rotating frame"),

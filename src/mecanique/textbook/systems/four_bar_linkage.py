@@ -22,26 +22,23 @@ m2 = mq.Parameter("m2", 2.0, "kg", "mass of the coupler")
 m3 = mq.Parameter("m3", 1.5, "kg", "mass of the rocker")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the linkage."""
-    return mq.Mechanism(
-        name="four_bar_linkage",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("crank", mq.rod(m1, a, (1, 0, 0))),
-            mq.Body("coupler", mq.rod(m2, b, (1, 0, 0))),
-            mq.Body("rocker", mq.rod(m3, c, (1, 0, 0))),
-        ),
-        joints=(
-            hinge("A", "ground", "crank", "phi"),
-            hinge("B", "crank", "coupler", "theta", at=(a, 0, 0)),
-            hinge("D", "ground", "rocker", "psi", at=(d, 0, 0)),
-        ),
-        loops=(mq.Loop.pin("C", "coupler", (b, 0, 0), "rocker", (c, 0, 0)),),
-        parameters=(a, b, c, d, m1, m2, m3, g),
-        gravity=(0, 0, -g),
-    )
+mechanism = mq.Mechanism(
+    name="four_bar_linkage",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("crank", mq.rod(m1, a, (1, 0, 0))),
+        mq.Body("coupler", mq.rod(m2, b, (1, 0, 0))),
+        mq.Body("rocker", mq.rod(m3, c, (1, 0, 0))),
+    ),
+    joints=(
+        hinge("A", "ground", "crank", "phi"),
+        hinge("B", "crank", "coupler", "theta", at=(a, 0, 0)),
+        hinge("D", "ground", "rocker", "psi", at=(d, 0, 0)),
+    ),
+    loops=(mq.Loop.pin("C", "coupler", (b, 0, 0), "rocker", (c, 0, 0)),),
+    parameters=(a, b, c, d, m1, m2, m3, g),
+    gravity=(0, 0, -g),
+)
 
 
 def freudenstein(s: facts.Values) -> facts.Number:
@@ -77,8 +74,7 @@ SYSTEM = System(
     title="Crank, coupler and rocker",
     source="F. Freudenstein, Trans. ASME 77 (1955) 853; Erdman & Sandor, Mechanism Design, "
     "sect. 8.3",
-    parameters=(a, b, c, d, m1, m2, m3, g),
-    build=build,
+    build=mechanism,
     start={"phi": 1.1, "theta": -0.76, "psi": 1.25},
     tags=("linkage", "planar", "loop"),
     facts=(

@@ -11,25 +11,23 @@ from mecanique.textbook import System, facts
 m = mq.Parameter("m", 1.0, "kg", "mass of the particle")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the particle, carried along x, y and z in turn."""
-    return mq.Mechanism(
-        name="free_particle",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("along_x"),
-            mq.Body("along_y"),
-            mq.Body("particle", mq.particle(m)),
-        ),
-        joints=(
-            mq.Prismatic("x", "ground", "along_x", axis=(1, 0, 0)),
-            mq.Prismatic("y", "along_x", "along_y", axis=(0, 1, 0)),
-            mq.Prismatic("z", "along_y", "particle", axis=(0, 0, 1)),
-        ),
-        parameters=(m, g),
-        gravity=(0, 0, -g),
-    )
+# the particle, carried along x, y and z in turn
+mechanism = mq.Mechanism(
+    name="free_particle",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("along_x"),
+        mq.Body("along_y"),
+        mq.Body("particle", mq.particle(m)),
+    ),
+    joints=(
+        mq.Prismatic("x", "ground", "along_x", axis=(1, 0, 0)),
+        mq.Prismatic("y", "along_x", "along_y", axis=(0, 1, 0)),
+        mq.Prismatic("z", "along_y", "particle", axis=(0, 0, 1)),
+    ),
+    parameters=(m, g),
+    gravity=(0, 0, -g),
+)
 
 
 def flight(s: facts.Values) -> dict[str, float]:
@@ -45,8 +43,7 @@ def flight(s: facts.Values) -> dict[str, float]:
 SYSTEM = System(
     title="Particle free in space, thrown under gravity",
     source="Fundamentals of Dynamics, ch. 1, sect. 1.2 and eq. 1.1",
-    parameters=(m, g),
-    build=build,
+    build=mechanism,
     start_velocity={"x": 2.0, "y": 1.0, "z": 9.81},
     duration=2.0,
     tags=("chapter", "particle", "spatial", "free", "linear"),

@@ -16,16 +16,14 @@ a = mq.Parameter("a", 0.6, "m", "side along the body's x axis")
 b = mq.Parameter("b", 0.4, "m", "side along the body's z axis")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the plate, turned into the x-z plane."""
-    return mq.Mechanism(
-        name="free_planar_body",
-        bodies=(mq.Body("ground"), mq.Body("plate", mq.plate(m, (a, b)).at(rpy=(pi / 2, 0, 0)))),
-        joints=(mq.Planar("plane", "ground", "plate", axis=(0, -1, 0), names=("x", "z", "theta")),),
-        parameters=(m, a, b, g),
-        gravity=(0, 0, -g),
-    )
+# the plate, turned into the x-z plane
+mechanism = mq.Mechanism(
+    name="free_planar_body",
+    bodies=(mq.Body("ground"), mq.Body("plate", mq.plate(m, (a, b)).at(rpy=(pi / 2, 0, 0)))),
+    joints=(mq.Planar("plane", "ground", "plate", axis=(0, -1, 0), names=("x", "z", "theta")),),
+    parameters=(m, a, b, g),
+    gravity=(0, 0, -g),
+)
 
 
 def inertia(s: facts.Values) -> facts.Number:
@@ -46,8 +44,7 @@ def flight(s: facts.Values) -> dict[str, float]:
 SYSTEM = System(
     title="Plate thrown in its own vertical plane",
     source="Fundamentals of Dynamics, ch. 1, Figure 1.2, eqs. 1.13 and 1.32",
-    parameters=(m, a, b, g),
-    build=build,
+    build=mechanism,
     start_velocity={"x": 1.5, "z": 9.81, "theta": 6.0},
     duration=2.0,
     tags=("chapter", "planar", "free", "linear"),

@@ -17,20 +17,15 @@ r = mq.Parameter("r", 0.2, "m", "radius of the cylinder")
 l = mq.Parameter("l", 0.8, "m", "length of the cylinder")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the cylinder."""
-    return mq.Mechanism(
-        name="free_rigid_body",
-        bodies=(mq.Body("ground"), mq.Body("cylinder", mq.cylinder(m, r, l))),
-        joints=(
-            mq.Floating(
-                "free", "ground", "cylinder", names=("x", "y", "z", "qx", "qy", "qz", "qw")
-            ),
-        ),
-        parameters=(m, r, l, g),
-        gravity=(0, 0, -g),
-    )
+mechanism = mq.Mechanism(
+    name="free_rigid_body",
+    bodies=(mq.Body("ground"), mq.Body("cylinder", mq.cylinder(m, r, l))),
+    joints=(
+        mq.Floating("free", "ground", "cylinder", names=("x", "y", "z", "qx", "qy", "qz", "qw")),
+    ),
+    parameters=(m, r, l, g),
+    gravity=(0, 0, -g),
+)
 
 
 def inertia(s: facts.Values) -> facts.Number:
@@ -80,8 +75,7 @@ SYSTEM = System(
     title="Cylinder thrown spinning, free in space",
     source="Fundamentals of Dynamics, ch. 1, sect. 1.2 and eq. 1.31; Landau & Lifshitz, "
     "Mechanics, sect. 33 and 36",
-    parameters=(m, r, l, g),
-    build=build,
+    build=mechanism,
     start_velocity={"free_vx": 1.0, "free_vz": 9.81, "free_wx": 4.0, "free_wz": 6.0},
     duration=2.0,
     tags=("chapter", "spatial", "free", "quaternion"),

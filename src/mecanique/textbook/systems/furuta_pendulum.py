@@ -20,26 +20,23 @@ r = mq.Parameter("r", 0.4, "m", "length of the arm")
 l = mq.Parameter("l", 0.4, "m", "length of the rod")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the arm and its pendulum."""
-    tau = mq.Input("tau", 0.0, "N·m", "torque on the arm")
-    return mq.Mechanism(
-        name="furuta_pendulum",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("arm", mq.rod(M, r, (1, 0, 0))),
-            mq.Body("bob", mq.bar(l), mq.particle(m, (0, 0, -l))),
-        ),
-        joints=(
-            mq.Revolute("motor", "ground", "arm", axis=(0, 0, 1), coordinate="alpha"),
-            hinge("pin", "arm", "bob", "theta", at=(r, 0, 0), axis=(1, 0, 0)),
-        ),
-        forces=(mq.JointForce("drive", "motor", tau),),
-        parameters=(M, m, r, l, g),
-        inputs=(tau,),
-        gravity=(0, 0, -g),
-    )
+tau = mq.Input("tau", 0.0, "N·m", "torque on the arm")
+mechanism = mq.Mechanism(
+    name="furuta_pendulum",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("arm", mq.rod(M, r, (1, 0, 0))),
+        mq.Body("bob", mq.bar(l), mq.particle(m, (0, 0, -l))),
+    ),
+    joints=(
+        mq.Revolute("motor", "ground", "arm", axis=(0, 0, 1), coordinate="alpha"),
+        hinge("pin", "arm", "bob", "theta", at=(r, 0, 0), axis=(1, 0, 0)),
+    ),
+    forces=(mq.JointForce("drive", "motor", tau),),
+    parameters=(M, m, r, l, g),
+    inputs=(tau,),
+    gravity=(0, 0, -g),
+)
 
 
 def mass_matrix(s: facts.Values) -> list[list[facts.Number]]:
@@ -70,8 +67,7 @@ SYSTEM = System(
     title="Pendulum at the end of an arm that turns horizontally",
     source="Furuta, Yamakita & Kobayashi, IECON 1991; Cazzolato & Prime, "
     "J. Control Sci. Eng. 2011, 528341",
-    parameters=(M, m, r, l, g),
-    build=build,
+    build=mechanism,
     start={"theta": 3.0},
     tags=("pendulum", "spatial", "control"),
     facts=(

@@ -22,37 +22,32 @@ k = mq.Parameter("k", 60.0, "N/m", "stiffness of the spring")
 a = mq.Parameter("a", 0.4, "m", "free length of the spring")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the governor."""
-    return mq.Mechanism(
-        name="governor",
-        bodies=(
-            mq.Body("ground"),
-            # a disk of radius 0.2 m that has the moment of inertia J
-            mq.Body("spindle", mq.disk(50.0 * J, 0.2)),
-            mq.Body("arm1", mq.bar(l), mq.particle(m, (0, 0, -l))),
-            mq.Body("arm2", mq.bar(l), mq.particle(m, (0, 0, -l))),
-            mq.Body("sleeve", mq.particle(M)),
-        ),
-        joints=(
-            mq.Revolute("bearing", "ground", "spindle", axis=(0, 0, 1), coordinate="psi"),
-            hinge("pin1", "spindle", "arm1", "theta1"),
-            mq.Revolute("pin2", "spindle", "arm2", axis=(0, 1, 0), coordinate="theta2"),
-            mq.Prismatic("guide", "spindle", "sleeve", axis=(0, 0, -1), coordinate="s"),
-        ),
-        forces=(
-            mq.Spring(
-                "spring", "spindle", (0, 0, 0), "sleeve", (0, 0, 0), stiffness=k, free_length=a
-            ),
-        ),
-        loops=(
-            mq.Loop.distance("link1", "arm1", (0, 0, -l), "sleeve", (0, 0, 0), l),
-            mq.Loop.distance("link2", "arm2", (0, 0, -l), "sleeve", (0, 0, 0), l),
-        ),
-        parameters=(m, M, J, l, k, a, g),
-        gravity=(0, 0, -g),
-    )
+mechanism = mq.Mechanism(
+    name="governor",
+    bodies=(
+        mq.Body("ground"),
+        # a disk of radius 0.2 m that has the moment of inertia J
+        mq.Body("spindle", mq.disk(50.0 * J, 0.2)),
+        mq.Body("arm1", mq.bar(l), mq.particle(m, (0, 0, -l))),
+        mq.Body("arm2", mq.bar(l), mq.particle(m, (0, 0, -l))),
+        mq.Body("sleeve", mq.particle(M)),
+    ),
+    joints=(
+        mq.Revolute("bearing", "ground", "spindle", axis=(0, 0, 1), coordinate="psi"),
+        hinge("pin1", "spindle", "arm1", "theta1"),
+        mq.Revolute("pin2", "spindle", "arm2", axis=(0, 1, 0), coordinate="theta2"),
+        mq.Prismatic("guide", "spindle", "sleeve", axis=(0, 0, -1), coordinate="s"),
+    ),
+    forces=(
+        mq.Spring("spring", "spindle", (0, 0, 0), "sleeve", (0, 0, 0), stiffness=k, free_length=a),
+    ),
+    loops=(
+        mq.Loop.distance("link1", "arm1", (0, 0, -l), "sleeve", (0, 0, 0), l),
+        mq.Loop.distance("link2", "arm2", (0, 0, -l), "sleeve", (0, 0, 0), l),
+    ),
+    parameters=(m, M, J, l, k, a, g),
+    gravity=(0, 0, -g),
+)
 
 
 def spread(s: facts.Values) -> facts.Number:
@@ -83,8 +78,7 @@ SYSTEM = System(
     title="Fly-ball governor with a loaded sleeve and a spring",
     source="C. T. Porter, US patent 1858; Shigley & Uicker, Theory of Machines, governors; "
     "Maxwell, On Governors, 1868",
-    parameters=(m, M, J, l, k, a, g),
-    build=build,
+    build=mechanism,
     start={"theta1": pi / 3, "theta2": pi / 3, "s": 0.5},
     start_velocity={"psi'": 8.0},
     tags=("spatial", "loop", "spring", "massless", "rotor"),

@@ -23,31 +23,29 @@ w = mq.Parameter("w", 0.05, "kg", "mass of the weight")
 d = mq.Parameter("d", 0.13, "m", "distance of the weight from the center")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return both gimbals, the weight on the inner one, and the rotor."""
-    upright = (pi / 2, 0, 0)
-    return mq.Mechanism(
-        name="gyroscope",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("outer", mq.ring(m1, r1).at(rpy=upright)),
-            mq.Body(
-                "inner",
-                mq.ring(m2, r2).at(rpy=upright),
-                mq.bar(d, (0, 0, 1), radius=0.004),
-                mq.particle(w, (0, 0, d), 0.015),
-            ),
-            mq.Body("rotor", mq.disk(m, r)),
+# both gimbals, the weight on the inner one, and the rotor
+upright = (pi / 2, 0, 0)
+mechanism = mq.Mechanism(
+    name="gyroscope",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("outer", mq.ring(m1, r1).at(rpy=upright)),
+        mq.Body(
+            "inner",
+            mq.ring(m2, r2).at(rpy=upright),
+            mq.bar(d, (0, 0, 1), radius=0.004),
+            mq.particle(w, (0, 0, d), 0.015),
         ),
-        joints=(
-            mq.Revolute("phi", "ground", "outer", axis=(0, 0, 1)),
-            mq.Revolute("theta", "outer", "inner", axis=(1, 0, 0)),
-            mq.Revolute("psi", "inner", "rotor", axis=(0, 0, 1)),
-        ),
-        parameters=(m, r, m1, r1, m2, r2, w, d, g),
-        gravity=(0, 0, -g),
-    )
+        mq.Body("rotor", mq.disk(m, r)),
+    ),
+    joints=(
+        mq.Revolute("phi", "ground", "outer", axis=(0, 0, 1)),
+        mq.Revolute("theta", "outer", "inner", axis=(1, 0, 0)),
+        mq.Revolute("psi", "inner", "rotor", axis=(0, 0, 1)),
+    ),
+    parameters=(m, r, m1, r1, m2, r2, w, d, g),
+    gravity=(0, 0, -g),
+)
 
 
 def inertias(s: facts.Values) -> tuple[facts.Number, facts.Number, facts.Number]:
@@ -96,8 +94,7 @@ SYSTEM = System(
     title="Spinning disk in two gimbals, with a small weight",
     source="Arnold, Mathematical Methods of Classical Mechanics, sect. 30; Magnus, Kreisel, 1971, "
     "ch. 5",
-    parameters=(m, r, m1, r1, m2, r2, w, d, g),
-    build=build,
+    build=mechanism,
     start={"theta": 1.2},
     start_velocity={"psi": 60.0},
     duration=8.0,

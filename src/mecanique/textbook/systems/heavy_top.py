@@ -16,25 +16,23 @@ r = mq.Parameter("r", 0.3, "m", "radius of the base")
 h = mq.Parameter("h", 0.3, "m", "height of the cone")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the top, carried by two massless frames."""
-    return mq.Mechanism(
-        name="heavy_top",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("precessing"),
-            mq.Body("tilted"),
-            mq.Body("top", mq.cone(m, r, h)),
-        ),
-        joints=(
-            mq.Revolute("phi", "ground", "precessing", axis=(0, 0, 1)),
-            mq.Revolute("theta", "precessing", "tilted", axis=(1, 0, 0)),
-            mq.Revolute("psi", "tilted", "top", axis=(0, 0, 1)),
-        ),
-        parameters=(m, r, h, g),
-        gravity=(0, 0, -g),
-    )
+# the top, carried by two massless frames
+mechanism = mq.Mechanism(
+    name="heavy_top",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("precessing"),
+        mq.Body("tilted"),
+        mq.Body("top", mq.cone(m, r, h)),
+    ),
+    joints=(
+        mq.Revolute("phi", "ground", "precessing", axis=(0, 0, 1)),
+        mq.Revolute("theta", "precessing", "tilted", axis=(1, 0, 0)),
+        mq.Revolute("psi", "tilted", "top", axis=(0, 0, 1)),
+    ),
+    parameters=(m, r, h, g),
+    gravity=(0, 0, -g),
+)
 
 
 def inertias(s: facts.Values) -> tuple[facts.Number, facts.Number, facts.Number]:
@@ -95,8 +93,7 @@ SYSTEM = System(
     title="Spinning cone on its apex under gravity",
     source="Goldstein, Classical Mechanics, 3rd ed., sect. 5.7; Landau & Lifshitz, Mechanics, "
     "sect. 35, problem 1",
-    parameters=(m, r, h, g),
-    build=build,
+    build=mechanism,
     start={"theta": 0.6},
     start_velocity={"psi": 50.0},
     duration=6.0,

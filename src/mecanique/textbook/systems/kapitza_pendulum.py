@@ -17,26 +17,24 @@ g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 A = mq.Parameter("A", 0.02, "m", "amplitude of the pivot")
 W = mq.Parameter("W", 150.0, "rad/s", "angular frequency of the pivot")
 
-
-def build() -> mq.Mechanism:
-    """Return the pendulum on its pivot."""
-    return mq.Mechanism(
-        name="kapitza_pendulum",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body(
-                "pivot", mq.massless(mq.Visual(mq.Box((0.1, 0.1, 0.05)), rgba=(0.5, 0.5, 0.5, 1.0)))
-            ),
-            mq.Body("bob", mq.bar(l, radius=0.01), mq.particle(m, (0, 0, -l))),
+# the pendulum on its pivot
+mechanism = mq.Mechanism(
+    name="kapitza_pendulum",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body(
+            "pivot", mq.massless(mq.Visual(mq.Box((0.1, 0.1, 0.05)), rgba=(0.5, 0.5, 0.5, 1.0)))
         ),
-        joints=(
-            mq.Prismatic("shaker", "ground", "pivot", axis=(0, 0, 1), coordinate="z"),
-            hinge("pin", "pivot", "bob", "q"),
-        ),
-        coordinates=mq.Coordinates(("q",), {"z": A * mq.cos(W * mq.time())}),
-        parameters=(m, l, g, A, W),
-        gravity=(0, 0, -g),
-    )
+        mq.Body("bob", mq.bar(l, radius=0.01), mq.particle(m, (0, 0, -l))),
+    ),
+    joints=(
+        mq.Prismatic("shaker", "ground", "pivot", axis=(0, 0, 1), coordinate="z"),
+        hinge("pin", "pivot", "bob", "q"),
+    ),
+    coordinates=mq.Coordinates(("q",), {"z": A * mq.cos(W * mq.time())}),
+    parameters=(m, l, g, A, W),
+    gravity=(0, 0, -g),
+)
 
 
 def limit(s: facts.Values) -> float:
@@ -50,8 +48,7 @@ SYSTEM = System(
     title="Pendulum whose pivot is shaken: it can stand upright",
     source="Stephenson, Phil. Mag. 15 (1908) 233; Kapitza, 1951; Landau & Lifshitz, Mechanics, "
     "sect. 30, problem 1",
-    parameters=(m, l, g, A, W),
-    build=build,
+    build=mechanism,
     start={"q": 2.8},
     duration=5.0,
     tags=("pendulum", "planar", "prescribed motion", "stability"),

@@ -14,25 +14,23 @@ from mecanique.textbook import System, facts
 m = mq.Parameter("m", 1.0, "kg", "mass of the planet")
 mu = mq.Parameter("mu", 10.0, "m³/s²", "gravitational parameter of the sun")
 
-
-def build() -> mq.Mechanism:
-    """Return the planet on a massless radius that turns."""
-    sun = mq.massless(mq.Visual(mq.Sphere(0.1), rgba=(0.9, 0.7, 0.0, 1.0)))
-    return mq.Mechanism(
-        name="kepler_orbit",
-        bodies=(mq.Body("ground", sun), mq.Body("radius"), mq.Body("planet", mq.particle(m))),
-        joints=(
-            mq.Revolute("phi", "ground", "radius", axis=(0, 0, 1)),
-            mq.Prismatic("r", "radius", "planet", axis=(1, 0, 0)),
+# the planet on a massless radius that turns
+sun = mq.massless(mq.Visual(mq.Sphere(0.1), rgba=(0.9, 0.7, 0.0, 1.0)))
+mechanism = mq.Mechanism(
+    name="kepler_orbit",
+    bodies=(mq.Body("ground", sun), mq.Body("radius"), mq.Body("planet", mq.particle(m))),
+    joints=(
+        mq.Revolute("phi", "ground", "radius", axis=(0, 0, 1)),
+        mq.Prismatic("r", "radius", "planet", axis=(1, 0, 0)),
+    ),
+    forces=(
+        mq.CentralForce(
+            "attraction", "ground", (0, 0, 0), "planet", (0, 0, 0), -m * mu / mq.distance()
         ),
-        forces=(
-            mq.CentralForce(
-                "attraction", "ground", (0, 0, 0), "planet", (0, 0, 0), -m * mu / mq.distance()
-            ),
-        ),
-        parameters=(m, mu),
-        gravity=(0, 0, 0),
-    )
+    ),
+    parameters=(m, mu),
+    gravity=(0, 0, 0),
+)
 
 
 def constants(s: facts.Values) -> tuple[facts.Number, facts.Number]:
@@ -61,8 +59,7 @@ SYSTEM = System(
     title="Planet on its ellipse about a fixed sun",
     source="Newton, Principia, 1687, book I, sect. III; Goldstein, Classical Mechanics, 3rd ed., "
     "sect. 3.7-3.9",
-    parameters=(m, mu),
-    build=build,
+    build=mechanism,
     start={"r": 1.0},
     start_velocity={"phi": 4.0},
     duration=15.7,

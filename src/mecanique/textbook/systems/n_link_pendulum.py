@@ -89,7 +89,6 @@ SYSTEM = System(
     title="Particles hanging one from another by n massless rods",
     source="D. Bernoulli, 1738; Gantmacher & Krein, Oscillation Matrices, ch. III; Goldstein, "
     "ch. 1, ex. 22 (n = 2)",
-    parameters=(m, l, g),
     options={"n": 4},
     build=build,
     start={"q1": 2.0},

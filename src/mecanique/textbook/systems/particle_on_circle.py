@@ -15,19 +15,17 @@ m = mq.Parameter("m", 1.0, "kg", "mass of the particle")
 R = mq.Parameter("R", 1.0, "m", "radius of the circle")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the particle, held by a massless spoke."""
-    return mq.Mechanism(
-        name="particle_on_circle",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("particle", mq.bar(R, (1, 0, 0), radius=0.005), mq.particle(m, (R, 0, 0))),
-        ),
-        joints=(mq.Revolute("center", "ground", "particle", axis=(0, 0, 1), coordinate="theta"),),
-        parameters=(m, R, g),
-        gravity=(0, 0, -g),
-    )
+# the particle, held by a massless spoke
+mechanism = mq.Mechanism(
+    name="particle_on_circle",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("particle", mq.bar(R, (1, 0, 0), radius=0.005), mq.particle(m, (R, 0, 0))),
+    ),
+    joints=(mq.Revolute("center", "ground", "particle", axis=(0, 0, 1), coordinate="theta"),),
+    parameters=(m, R, g),
+    gravity=(0, 0, -g),
+)
 
 
 def constraint(s: facts.Values) -> tuple[float, float, float]:
@@ -39,8 +37,7 @@ def constraint(s: facts.Values) -> tuple[float, float, float]:
 SYSTEM = System(
     title="Particle on a horizontal circle, by its angle",
     source="Fundamentals of Dynamics, ch. 1, Figure 1.1",
-    parameters=(m, R, g),
-    build=build,
+    build=mechanism,
     start_velocity={"theta": 1.0},
     tags=("chapter", "particle", "planar"),
     facts=(

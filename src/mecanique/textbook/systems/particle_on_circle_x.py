@@ -13,18 +13,16 @@ from numpy import arccos, cos, sin, sqrt
 
 from mecanique import model as mq
 from mecanique.textbook import System, facts
-from mecanique.textbook.systems.particle_on_circle import R, g, m
-from mecanique.textbook.systems.particle_on_circle import build as build_by_angle
+from mecanique.textbook.systems.particle_on_circle import R
+from mecanique.textbook.systems.particle_on_circle import mechanism as by_angle
 
-
-def build() -> mq.Mechanism:
-    """Return the particle of `particle_on_circle`, the angle of whose spoke follows x."""
-    turn = mq.acos(mq.coordinate("x") / R)
-    return replace(
-        build_by_angle(),
-        name="particle_on_circle_x",
-        coordinates=mq.Coordinates(("x",), {"theta": turn}, limits={"x": (-R, R)}),
-    )
+# the particle of `particle_on_circle`, the angle of whose spoke follows x
+turn = mq.acos(mq.coordinate("x") / R)
+mechanism = replace(
+    by_angle,
+    name="particle_on_circle_x",
+    coordinates=mq.Coordinates(("x",), {"theta": turn}, limits={"x": (-R, R)}),
+)
 
 
 def around(s: facts.Values) -> dict[str, float]:
@@ -36,8 +34,7 @@ def around(s: facts.Values) -> dict[str, float]:
 SYSTEM = System(
     title="Particle on a horizontal circle, by its abscissa",
     source="Fundamentals of Dynamics, ch. 1, Figure 1.1",
-    parameters=(m, R, g),
-    build=build,
+    build=mechanism,
     start={"x": 0.8},
     start_velocity={"x": -0.6},
     duration=2.4,

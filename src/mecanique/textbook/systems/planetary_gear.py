@@ -34,51 +34,6 @@ B = mq.Parameter("B", 0.03, "N·m", "moment on the ring")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 
-def build() -> mq.Mechanism:
-    """Return the four wheels, the sun driven and the ring braked."""
-    sun, arm = mq.coordinate("sun"), mq.coordinate("arm")
-    ring = rs + 2 * rp
-    bar = mq.Visual(mq.Box((0.03, 0.02, rs + rp)), mq.Placement((0, -0.06, (rs + rp) / 2)), ORANGE)
-    band = mq.Visual(
-        mq.Cylinder(1.1 * ring, 0.02), mq.Placement((0, 0.03, 0), (pi / 2, 0, 0)), PALE
-    )
-    return mq.Mechanism(
-        name="planetary_gear",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("sun", wheel(0, rs, Js, BLUE)),
-            mq.Body("arm", mq.Shape(0, (0, 0, 0), (Ja, Ja, Ja, 0, 0, 0), (bar,))),
-            mq.Body("planet", wheel(m, rp, Jp, GREEN)),
-            mq.Body("ring", mq.Shape(0, (0, 0, 0), (Jr / 2, Jr, Jr / 2, 0, 0, 0), (band,))),
-        ),
-        joints=(
-            hinge("sun_axle", "ground", "sun", "sun"),
-            hinge("arm_axle", "ground", "arm", "arm"),
-            hinge("planet_pin", "arm", "planet", "planet", at=(0, 0, rs + rp)),
-            hinge("ring_axle", "ground", "ring", "ring"),
-        ),
-        forces=(mq.JointForce("drive", "sun_axle", D), mq.JointForce("brake", "ring_axle", B)),
-        coordinates=mq.Coordinates(
-            ("sun", "arm"),
-            {"planet": -(sun - arm) * rs / rp, "ring": arm - (sun - arm) * rs / ring},
-        ),
-        elements=(
-            mq.Gear("inner", "sun_axle", "planet_pin", rs, other_radius=rp, pressure_angle=alpha),
-            mq.Gear(
-                "outer",
-                "ring_axle",
-                "planet_pin",
-                ring,
-                other_radius=rp,
-                internal=True,
-                pressure_angle=alpha,
-            ),
-        ),
-        parameters=(rs, Js, Ja, Jr, m, rp, Jp, alpha, D, B, g),
-        gravity=(0, 0, -g),
-    )
-
-
 def wheel(
     mass: mq.Parameter | int, r: mq.Parameter, inertia: mq.Parameter, color: Rgba
 ) -> mq.Shape:
@@ -86,6 +41,48 @@ def wheel(
     rim = mq.Visual(mq.Cylinder(r, 0.04), mq.Placement(rpy=(pi / 2, 0, 0)), color)
     mark = mq.Visual(mq.Box((0.1 * r, 0.06, 1.4 * r)), rgba=ORANGE)
     return mq.Shape(mass, (0, 0, 0), (inertia / 2, inertia, inertia / 2, 0, 0, 0), (rim, mark))
+
+
+# the four wheels, the sun driven and the ring braked
+sun, arm = mq.coordinate("sun"), mq.coordinate("arm")
+ring = rs + 2 * rp
+bar = mq.Visual(mq.Box((0.03, 0.02, rs + rp)), mq.Placement((0, -0.06, (rs + rp) / 2)), ORANGE)
+band = mq.Visual(mq.Cylinder(1.1 * ring, 0.02), mq.Placement((0, 0.03, 0), (pi / 2, 0, 0)), PALE)
+mechanism = mq.Mechanism(
+    name="planetary_gear",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("sun", wheel(0, rs, Js, BLUE)),
+        mq.Body("arm", mq.Shape(0, (0, 0, 0), (Ja, Ja, Ja, 0, 0, 0), (bar,))),
+        mq.Body("planet", wheel(m, rp, Jp, GREEN)),
+        mq.Body("ring", mq.Shape(0, (0, 0, 0), (Jr / 2, Jr, Jr / 2, 0, 0, 0), (band,))),
+    ),
+    joints=(
+        hinge("sun_axle", "ground", "sun", "sun"),
+        hinge("arm_axle", "ground", "arm", "arm"),
+        hinge("planet_pin", "arm", "planet", "planet", at=(0, 0, rs + rp)),
+        hinge("ring_axle", "ground", "ring", "ring"),
+    ),
+    forces=(mq.JointForce("drive", "sun_axle", D), mq.JointForce("brake", "ring_axle", B)),
+    coordinates=mq.Coordinates(
+        ("sun", "arm"),
+        {"planet": -(sun - arm) * rs / rp, "ring": arm - (sun - arm) * rs / ring},
+    ),
+    elements=(
+        mq.Gear("inner", "sun_axle", "planet_pin", rs, other_radius=rp, pressure_angle=alpha),
+        mq.Gear(
+            "outer",
+            "ring_axle",
+            "planet_pin",
+            ring,
+            other_radius=rp,
+            internal=True,
+            pressure_angle=alpha,
+        ),
+    ),
+    parameters=(rs, Js, Ja, Jr, m, rp, Jp, alpha, D, B, g),
+    gravity=(0, 0, -g),
+)
 
 
 def turns(s: facts.Values) -> facts.Number:
@@ -133,8 +130,7 @@ SYSTEM = System(
     title="Planetary gear with two inputs",
     source="R. Willis, Principles of Mechanism, 1841; J. J. Uicker, G. R. Pennock & J. E. Shigley, "
     "Theory of Machines and Mechanisms, 2003, ch. 9",
-    parameters=(rs, Js, Ja, Jr, m, rp, Jp, alpha, D, B, g),
-    build=build,
+    build=mechanism,
     start={},
     duration=5.0,
     tags=("planar", "gear", "drive", "linear", "mimic"),

@@ -21,27 +21,24 @@ D = mq.Parameter("D", 1.5, "N·m", "moment that drives the pinion")
 alpha = mq.Parameter("alpha", pi / 9, "rad", "pressure angle")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the pinion above the rack."""
-    mark = mq.massless(mq.Visual(mq.Box((0.2 * r, 0.06, 1.3 * r)), rgba=(0.9, 0.6, 0.0, 1.0)))
-    return mq.Mechanism(
-        name="rack_and_pinion",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("pinion", mq.disk(m, r, 0.05).at(rpy=(pi / 2, 0, 0)), mark),
-            mq.Body("rack", mq.box(M, (8 * r, 0.05, 0.4 * r)).at((0, 0, -0.37 * r))),
-        ),
-        joints=(
-            hinge("axle", "ground", "pinion", "turn"),
-            slide("slide", "ground", "rack", "x", at=(0, 0, -r), axis=(1, 0, 0)),
-        ),
-        forces=(mq.JointForce("drive", "axle", D), mq.JointSpring("spring", "slide", k)),
-        coordinates=mq.Coordinates(("x",), {"turn": mq.coordinate("x") / r}),
-        elements=(mq.Rack("teeth", "axle", "slide", r, pressure_angle=alpha),),
-        parameters=(m, r, M, k, D, alpha, g),
-        gravity=(0, 0, -g),
-    )
+mark = mq.massless(mq.Visual(mq.Box((0.2 * r, 0.06, 1.3 * r)), rgba=(0.9, 0.6, 0.0, 1.0)))
+mechanism = mq.Mechanism(
+    name="rack_and_pinion",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("pinion", mq.disk(m, r, 0.05).at(rpy=(pi / 2, 0, 0)), mark),
+        mq.Body("rack", mq.box(M, (8 * r, 0.05, 0.4 * r)).at((0, 0, -0.37 * r))),
+    ),
+    joints=(
+        hinge("axle", "ground", "pinion", "turn"),
+        slide("slide", "ground", "rack", "x", at=(0, 0, -r), axis=(1, 0, 0)),
+    ),
+    forces=(mq.JointForce("drive", "axle", D), mq.JointSpring("spring", "slide", k)),
+    coordinates=mq.Coordinates(("x",), {"turn": mq.coordinate("x") / r}),
+    elements=(mq.Rack("teeth", "axle", "slide", r, pressure_angle=alpha),),
+    parameters=(m, r, M, k, D, alpha, g),
+    gravity=(0, 0, -g),
+)
 
 
 def inertia(s: facts.Values) -> facts.Number:
@@ -68,8 +65,7 @@ SYSTEM = System(
     title="Rack and pinion",
     source="line of action and pressure angle as in J. J. Uicker, G. R. Pennock & J. E. Shigley, "
     "Theory of Machines and Mechanisms, 2003, ch. 7",
-    parameters=(m, r, M, k, D, alpha, g),
-    build=build,
+    build=mechanism,
     start={},
     duration=6.0,
     tags=("planar", "gear", "drive", "spring", "linear", "mimic"),

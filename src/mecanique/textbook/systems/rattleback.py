@@ -29,31 +29,29 @@ C = mq.Parameter("C", 0.0017, "kg·m²", "moment of inertia about the axis up")
 D = mq.Parameter("D", -0.0002, "kg·m²", "entry xy of the tensor of inertia")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the stone, the ellipsoid's center led by three slides."""
-    floor = mq.Visual(
-        mq.Box((3 * a, 3 * a, 0.1 * c)), mq.Placement((0, 0, -0.05 * c)), (0.85, 0.85, 0.85, 1)
-    )
-    slabs = tuple(
-        mq.Visual(mq.Box((2 * x * a, 2 * y * b, 0.2 * c)), mq.Placement((0, 0, -z * c)))
-        for x, y, z in ((0.95, 0.95, 0.1), (0.88, 0.88, 0.3), (0.8, 0.78, 0.5), (0.6, 0.6, 0.7))
-    )
-    mark = mq.Visual(mq.Box((1.9 * a, 0.2 * b, 0.1 * c)), rgba=(0.9, 0.6, 0.0, 1.0))
-    chart = (*slides("center"), *hinges("center", "leaning", "stone"))
-    return mq.Mechanism(
-        name="rattleback",
-        bodies=(
-            mq.Body("ground", mq.massless(floor)),
-            *carriers(chart),
-            mq.Body("stone", mq.Shape(m, (0, 0, -h), (A, B, C, D, 0, 0), slabs), mq.massless(mark)),
-        ),
-        joints=chart,
-        coordinates=mq.Coordinates((), limits={"roll": (-pi / 2, pi / 2)}),
-        contacts=(mq.Rolling("below", "stone", a, axis=None, stretch=(1, b / a, c / a)),),
-        parameters=(m, a, b, c, h, A, B, C, D, g),
-        gravity=(0, 0, -g),
-    )
+# the stone, the ellipsoid's center led by three slides
+floor = mq.Visual(
+    mq.Box((3 * a, 3 * a, 0.1 * c)), mq.Placement((0, 0, -0.05 * c)), (0.85, 0.85, 0.85, 1)
+)
+slabs = tuple(
+    mq.Visual(mq.Box((2 * x * a, 2 * y * b, 0.2 * c)), mq.Placement((0, 0, -z * c)))
+    for x, y, z in ((0.95, 0.95, 0.1), (0.88, 0.88, 0.3), (0.8, 0.78, 0.5), (0.6, 0.6, 0.7))
+)
+mark = mq.Visual(mq.Box((1.9 * a, 0.2 * b, 0.1 * c)), rgba=(0.9, 0.6, 0.0, 1.0))
+chart = (*slides("center"), *hinges("center", "leaning", "stone"))
+mechanism = mq.Mechanism(
+    name="rattleback",
+    bodies=(
+        mq.Body("ground", mq.massless(floor)),
+        *carriers(chart),
+        mq.Body("stone", mq.Shape(m, (0, 0, -h), (A, B, C, D, 0, 0), slabs), mq.massless(mark)),
+    ),
+    joints=chart,
+    coordinates=mq.Coordinates((), limits={"roll": (-pi / 2, pi / 2)}),
+    contacts=(mq.Rolling("below", "stone", a, axis=None, stretch=(1, b / a, c / a)),),
+    parameters=(m, a, b, c, h, A, B, C, D, g),
+    gravity=(0, 0, -g),
+)
 
 
 def axes(s: facts.Values) -> facts.Number:
@@ -113,8 +111,7 @@ def energy(s: facts.Values) -> facts.Number:
 SYSTEM = System(
     title="Rattleback, a stone that turns back",
     source="T. R. Kane & D. A. Levinson, Int. J. Non-Linear Mechanics 17 (1982) 175",
-    parameters=(m, a, b, c, h, A, B, C, D, g),
-    build=build,
+    build=mechanism,
     start={"z": 0.02, "roll": 0.01, "pitch": 0.01},
     start_velocity={"yaw": -5.0},
     duration=4.0,

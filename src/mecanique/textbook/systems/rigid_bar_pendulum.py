@@ -15,16 +15,13 @@ m = mq.Parameter("m", 1.0, "kg", "mass of the rod")
 l = mq.Parameter("l", 1.0, "m", "length of the rod")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the pendulum."""
-    return mq.Mechanism(
-        name="rigid_bar_pendulum",
-        bodies=(mq.Body("ground"), mq.Body("rod", mq.rod(m, l))),
-        joints=(hinge("pin", "ground", "rod", "q"),),
-        parameters=(m, l, g),
-        gravity=(0, 0, -g),
-    )
+mechanism = mq.Mechanism(
+    name="rigid_bar_pendulum",
+    bodies=(mq.Body("ground"), mq.Body("rod", mq.rod(m, l))),
+    joints=(hinge("pin", "ground", "rod", "q"),),
+    parameters=(m, l, g),
+    gravity=(0, 0, -g),
+)
 
 
 def reaction(s: facts.Values) -> tuple[float, float, float]:
@@ -45,8 +42,7 @@ def period(s: facts.Values) -> float:
 SYSTEM = System(
     title="Homogeneous rod, pinned at one end, under gravity",
     source="Fundamentals of Dynamics, ch. 1, Figure 1.4, eqs. 1.14-1.26",
-    parameters=(m, l, g),
-    build=build,
+    build=mechanism,
     start={"q": 2.0},
     tags=("chapter", "pendulum", "planar"),
     facts=(

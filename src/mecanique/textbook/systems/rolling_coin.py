@@ -21,30 +21,28 @@ m = mq.Parameter("m", 1.3, "kg", "mass of the coin")
 r = mq.Parameter("r", 0.5, "m", "radius of the coin")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the coin, led by three slides and three hinges."""
-    floor = mq.Visual(mq.Box((12 * r, 12 * r, 0.02 * r)), rgba=(0.85, 0.85, 0.85, 1.0))
-    mark = mq.massless(mq.Visual(mq.Box((0.2 * r, 0.08 * r, 1.6 * r)), rgba=(0.9, 0.6, 0.0, 1.0)))
-    chart = (
-        *slides("center"),
-        *hinges(
-            "center", "fork", "coin", names=("turn", "tilt", "axle"), angles=("yaw", "lean", "spin")
-        ),
-    )
-    return mq.Mechanism(
-        name="rolling_coin",
-        bodies=(
-            mq.Body("ground", mq.massless(floor)),
-            *carriers(chart),
-            mq.Body("coin", mq.disk(m, r, 0.05 * r).at(rpy=(pi / 2, 0, 0)), mark),
-        ),
-        joints=chart,
-        coordinates=mq.Coordinates((), limits={"lean": (-pi / 2, pi / 2)}),
-        contacts=(mq.Rolling("rim", "coin", r),),
-        parameters=(m, r, g),
-        gravity=(0, 0, -g),
-    )
+# the coin, led by three slides and three hinges
+floor = mq.Visual(mq.Box((12 * r, 12 * r, 0.02 * r)), rgba=(0.85, 0.85, 0.85, 1.0))
+mark = mq.massless(mq.Visual(mq.Box((0.2 * r, 0.08 * r, 1.6 * r)), rgba=(0.9, 0.6, 0.0, 1.0)))
+chart = (
+    *slides("center"),
+    *hinges(
+        "center", "fork", "coin", names=("turn", "tilt", "axle"), angles=("yaw", "lean", "spin")
+    ),
+)
+mechanism = mq.Mechanism(
+    name="rolling_coin",
+    bodies=(
+        mq.Body("ground", mq.massless(floor)),
+        *carriers(chart),
+        mq.Body("coin", mq.disk(m, r, 0.05 * r).at(rpy=(pi / 2, 0, 0)), mark),
+    ),
+    joints=chart,
+    coordinates=mq.Coordinates((), limits={"lean": (-pi / 2, pi / 2)}),
+    contacts=(mq.Rolling("rim", "coin", r),),
+    parameters=(m, r, g),
+    gravity=(0, 0, -g),
+)
 
 
 def angular(s: facts.Values) -> tuple[float, float, float]:
@@ -107,8 +105,7 @@ SYSTEM = System(
     title="Coin that rolls on level ground",
     source="P. Appell, Rend. Circ. Mat. Palermo 14 (1900) 1; Neimark & Fufaev, Dynamics of "
     "Nonholonomic Systems, 1972, ch. II",
-    parameters=(m, r, g),
-    build=build,
+    build=mechanism,
     start={"lean": 0.2, "z": 0.5 * float(cos(0.2))},
     start_velocity={"yaw": 0.5, "spin": -5.0},
     duration=8.0,

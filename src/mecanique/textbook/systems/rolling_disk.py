@@ -17,38 +17,36 @@ R = mq.Parameter("R", 0.3, "m", "radius of the disk")
 alpha = mq.Parameter("alpha", 0.3, "rad", "slope of the incline")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the disk; slides along and across the slope lead its center."""
-    slope = mq.Visual(
-        mq.Box((6.0, 0.5, 0.02)), mq.Placement((0, 0, 0), (0, alpha, 0)), (0.8, 0.8, 0.8, 1.0)
-    )
-    # a box without mass lets the turning of the disk be seen
-    mark = mq.massless(mq.Visual(mq.Box((0.2 * R, 0.06, 1.6 * R)), rgba=(0.9, 0.6, 0.0, 1.0)))
-    return mq.Mechanism(
-        name="rolling_disk",
-        bodies=(
-            mq.Body("ground", mq.massless(slope)),
-            mq.Body("along"),
-            mq.Body("center"),
-            mq.Body("disk", mq.disk(m, R, 0.05).at(rpy=(pi / 2, 0, 0)), mark),
+# the disk; slides along and across the slope lead its center
+slope = mq.Visual(
+    mq.Box((6.0, 0.5, 0.02)), mq.Placement((0, 0, 0), (0, alpha, 0)), (0.8, 0.8, 0.8, 1.0)
+)
+# a box without mass lets the turning of the disk be seen
+mark = mq.massless(mq.Visual(mq.Box((0.2 * R, 0.06, 1.6 * R)), rgba=(0.9, 0.6, 0.0, 1.0)))
+mechanism = mq.Mechanism(
+    name="rolling_disk",
+    bodies=(
+        mq.Body("ground", mq.massless(slope)),
+        mq.Body("along"),
+        mq.Body("center"),
+        mq.Body("disk", mq.disk(m, R, 0.05).at(rpy=(pi / 2, 0, 0)), mark),
+    ),
+    joints=(
+        mq.Prismatic(
+            "slide",
+            "ground",
+            "along",
+            axis=(1, 0, 0),
+            origin=mq.Placement(rpy=(0, alpha, 0)),
+            coordinate="x",
         ),
-        joints=(
-            mq.Prismatic(
-                "slide",
-                "ground",
-                "along",
-                axis=(1, 0, 0),
-                origin=mq.Placement(rpy=(0, alpha, 0)),
-                coordinate="x",
-            ),
-            mq.Prismatic("lift", "along", "center", axis=(0, 0, 1), coordinate="z"),
-            mq.Revolute("roll", "center", "disk", axis=(0, 1, 0), coordinate="turn"),
-        ),
-        contacts=(mq.Rolling("contact", "disk", R, plane=mq.Placement(rpy=(0, alpha, 0))),),
-        parameters=(m, R, alpha, g),
-        gravity=(0, 0, -g),
-    )
+        mq.Prismatic("lift", "along", "center", axis=(0, 0, 1), coordinate="z"),
+        mq.Revolute("roll", "center", "disk", axis=(0, 1, 0), coordinate="turn"),
+    ),
+    contacts=(mq.Rolling("contact", "disk", R, plane=mq.Placement(rpy=(0, alpha, 0))),),
+    parameters=(m, R, alpha, g),
+    gravity=(0, 0, -g),
+)
 
 
 def pull(s: facts.Values) -> facts.Number:
@@ -70,8 +68,7 @@ SYSTEM = System(
     title="Disk that rolls down an incline without slip",
     source="Goldstein, Classical Mechanics, sect. 2.4 (hoop); Landau & Lifshitz, Mechanics, "
     "sect. 32",
-    parameters=(m, R, alpha, g),
-    build=build,
+    build=mechanism,
     start={"x": -1.8, "z": 0.3},
     start_velocity={"x": -1.0},
     duration=2.5,

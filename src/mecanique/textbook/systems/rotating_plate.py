@@ -17,20 +17,17 @@ b = mq.Parameter("b", 6.0, "m", "side along the plate's y axis")
 k = mq.Parameter("k", 3.0e7, "N·m/rad", "torsional stiffness")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the plate."""
-    return mq.Mechanism(
-        name="rotating_plate",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("plate", mq.plate(m, (a, b), thickness=0.2).at((a / 2, b / 2, 0))),
-        ),
-        joints=(mq.Revolute("corner", "ground", "plate", axis=(0, 0, 1), coordinate="theta"),),
-        forces=(mq.JointSpring("columns", "corner", k),),
-        parameters=(m, a, b, k, g),
-        gravity=(0, 0, -g),
-    )
+mechanism = mq.Mechanism(
+    name="rotating_plate",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("plate", mq.plate(m, (a, b), thickness=0.2).at((a / 2, b / 2, 0))),
+    ),
+    joints=(mq.Revolute("corner", "ground", "plate", axis=(0, 0, 1), coordinate="theta"),),
+    forces=(mq.JointSpring("columns", "corner", k),),
+    parameters=(m, a, b, k, g),
+    gravity=(0, 0, -g),
+)
 
 
 def inertia(s: facts.Values) -> facts.Number:
@@ -51,8 +48,7 @@ def support(s: facts.Values) -> tuple[float, float, float]:
 SYSTEM = System(
     title="Floor plate turning about a corner on a torsional spring",
     source="Fundamentals of Dynamics, ch. 1, eqs. 1.31-1.33",
-    parameters=(m, a, b, k, g),
-    build=build,
+    build=mechanism,
     start={"theta": 0.3},
     duration=5.0,
     tags=("chapter", "planar", "spring", "linear", "structure"),

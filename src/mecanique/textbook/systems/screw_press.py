@@ -22,35 +22,33 @@ H = mq.Parameter("H", 0.5, "m", "height of the spindle's lower end at theta = 0"
 D = mq.Parameter("D", 30.0, "N·m", "moment that drives the spindle")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the spindle with its flywheel, and the ram."""
-    theta = mq.coordinate("theta")
-    spindle = mq.bar(l, UP, radius=0.03), mq.disk(m, R, thickness=0.05).at((0, 0, l))
-    return mq.Mechanism(
-        name="screw_press",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("spindle", *spindle),
-            mq.Body("ram", mq.box(M, (0.3, 0.3, 0.2)).at((0, 0, -0.1))),
+# the spindle with its flywheel, and the ram
+theta = mq.coordinate("theta")
+spindle = mq.bar(l, UP, radius=0.03), mq.disk(m, R, thickness=0.05).at((0, 0, l))
+mechanism = mq.Mechanism(
+    name="screw_press",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("spindle", *spindle),
+        mq.Body("ram", mq.box(M, (0.3, 0.3, 0.2)).at((0, 0, -0.1))),
+    ),
+    joints=(
+        mq.Helical(
+            "thread",
+            "ground",
+            "spindle",
+            axis=DOWN,
+            pitch=p,
+            origin=mq.Placement((0, 0, H)),
+            coordinate="theta",
         ),
-        joints=(
-            mq.Helical(
-                "thread",
-                "ground",
-                "spindle",
-                axis=DOWN,
-                pitch=p,
-                origin=mq.Placement((0, 0, H)),
-                coordinate="theta",
-            ),
-            mq.Revolute("bearing", "spindle", "ram", axis=DOWN, coordinate="slip"),
-        ),
-        forces=(mq.JointForce("drive", "thread", D),),
-        coordinates=mq.Coordinates(("theta",), {"slip": -theta}),
-        parameters=(m, R, M, l, p, H, D, g),
-        gravity=(0, 0, -g),
-    )
+        mq.Revolute("bearing", "spindle", "ram", axis=DOWN, coordinate="slip"),
+    ),
+    forces=(mq.JointForce("drive", "thread", D),),
+    coordinates=mq.Coordinates(("theta",), {"slip": -theta}),
+    parameters=(m, R, M, l, p, H, D, g),
+    gravity=(0, 0, -g),
+)
 
 
 def inertia(s: facts.Values) -> facts.Number:
@@ -66,8 +64,7 @@ def spin(s: facts.Values) -> facts.Number:
 SYSTEM = System(
     title="Screw press with a flywheel",
     source="pitch and screw after Ball, A Treatise on the Theory of Screws, 1900, ch. I",
-    parameters=(m, R, M, l, p, H, D, g),
-    build=build,
+    build=mechanism,
     start={},
     duration=2.0,
     tags=("screw", "drive", "linear", "mimic"),

@@ -95,7 +95,6 @@ SYSTEM = System(
     title="Building of n rigid floors on elastic columns, shaken",
     source="Chopra, Dynamics of Structures, sect. 9.1 and 13.2; Clough & Penzien, "
     "Dynamics of Structures, ch. 11",
-    parameters=(m, k, c, h, A, W, g),
     options={"n": 5},
     build=build,
     duration=10.0,

@@ -15,16 +15,13 @@ m = mq.Parameter("m", 1.0, "kg", "mass of the particle")
 l = mq.Parameter("l", 1.0, "m", "length of the rod")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the pendulum."""
-    return mq.Mechanism(
-        name="simple_pendulum",
-        bodies=(mq.Body("ground"), mq.Body("bob", mq.bar(l), mq.particle(m, (0, 0, -l)))),
-        joints=(hinge("pin", "ground", "bob", "q"),),
-        parameters=(m, l, g),
-        gravity=(0, 0, -g),
-    )
+mechanism = mq.Mechanism(
+    name="simple_pendulum",
+    bodies=(mq.Body("ground"), mq.Body("bob", mq.bar(l), mq.particle(m, (0, 0, -l)))),
+    joints=(hinge("pin", "ground", "bob", "q"),),
+    parameters=(m, l, g),
+    gravity=(0, 0, -g),
+)
 
 
 def tension(s: facts.Values) -> tuple[float, float, float]:
@@ -53,8 +50,7 @@ SYSTEM = System(
     title="Particle on a massless rod, pinned, under gravity",
     source="Landau & Lifshitz, Mechanics, 3rd ed., sect. 11, problem 1; Whittaker, "
     "Analytical Dynamics, sect. 44",
-    parameters=(m, l, g),
-    build=build,
+    build=mechanism,
     start={"q": 2.5},
     tags=("pendulum", "planar"),
     facts=(

@@ -20,26 +20,23 @@ m1 = mq.Parameter("m1", 2.0, "kg", "mass of the crank")
 m2 = mq.Parameter("m2", 1.0, "kg", "mass of the slider")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the mechanism."""
-    return mq.Mechanism(
-        name="slider_crank",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("crank", mq.rod(m1, r, (1, 0, 0))),
-            mq.Body("rod", mq.bar(l, (1, 0, 0))),
-            mq.Body("slider", mq.box(m2, (0.2, 0.1, 0.1))),
-        ),
-        joints=(
-            hinge("O", "ground", "crank", "theta"),
-            hinge("A", "crank", "rod", "beta", at=(r, 0, 0)),
-            mq.Prismatic("guide", "ground", "slider", axis=(1, 0, 0), coordinate="x"),
-        ),
-        loops=(mq.Loop.pin("B", "rod", (l, 0, 0), "slider", (0, 0, 0)),),
-        parameters=(r, l, m1, m2, g),
-        gravity=(0, 0, -g),
-    )
+mechanism = mq.Mechanism(
+    name="slider_crank",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("crank", mq.rod(m1, r, (1, 0, 0))),
+        mq.Body("rod", mq.bar(l, (1, 0, 0))),
+        mq.Body("slider", mq.box(m2, (0.2, 0.1, 0.1))),
+    ),
+    joints=(
+        hinge("O", "ground", "crank", "theta"),
+        hinge("A", "crank", "rod", "beta", at=(r, 0, 0)),
+        mq.Prismatic("guide", "ground", "slider", axis=(1, 0, 0), coordinate="x"),
+    ),
+    loops=(mq.Loop.pin("B", "rod", (l, 0, 0), "slider", (0, 0, 0)),),
+    parameters=(r, l, m1, m2, g),
+    gravity=(0, 0, -g),
+)
 
 
 def acceleration(s: facts.Values) -> facts.Number:
@@ -68,8 +65,7 @@ SYSTEM = System(
     title="Crank, massless connecting rod and slider",
     source="Eksergian, J. Franklin Inst. 209 (1930) 21; Meriam & Kraige, Dynamics, "
     "sect. 5/6 (kinematics)",
-    parameters=(r, l, m1, m2, g),
-    build=build,
+    build=mechanism,
     start={"theta": 0.7, "beta": -0.97, "x": 1.54},
     tags=("linkage", "planar", "loop", "massless", "engine"),
     facts=(

@@ -27,39 +27,6 @@ B = mq.Parameter("B", 0.4, "rad", "turn of the axles")
 W = mq.Parameter("W", 3.0, "rad/s", "rate of both")
 
 
-def build() -> mq.Mechanism:
-    """Return the board, the arms and both axles, which turn as the rider wants."""
-    deck = mq.Visual(mq.Box((2.3 * l, 0.4 * l, 0.06 * l)), mq.Placement((0, 0, 0.3 * l)))
-    swung = mq.Visual(mq.Box((0.15 * l, 1.6 * l, 0.15 * l)), mq.Placement((0, 0, 1.2 * l)), ORANGE)
-    return mq.Mechanism(
-        name="snakeboard",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("board", mq.Shape(m, (0, 0, 0), (J / 2, J / 2, J, 0, 0, 0), (deck,))),
-            mq.Body("arms", mq.Shape(0, (0, 0, 0), (Ja, Ja, Ja, 0, 0, 0), (swung,))),
-            mq.Body("front", axle(Jw, l)),
-            mq.Body("back", axle(Jw, l)),
-        ),
-        joints=(
-            mq.Planar("plane", "ground", "board", names=("x", "y", "theta")),
-            mq.Revolute("waist", "board", "arms", axis=(0, 0, 1), coordinate="psi"),
-            hinge("front_pivot", "board", "front", "phi", at=(l, 0, 0), axis=(0, 0, 1)),
-            hinge("back_pivot", "board", "back", "phi_back", at=(-l, 0, 0), axis=(0, 0, 1)),
-        ),
-        coordinates=mq.Coordinates(
-            (),
-            {
-                "psi": A * mq.sin(W * mq.time()),
-                "phi": B * mq.cos(W * mq.time()),
-                "phi_back": -B * mq.cos(W * mq.time()),
-            },
-        ),
-        contacts=(mq.Blade("front_wheels", "front"), mq.Blade("back_wheels", "back")),
-        parameters=(m, J, Ja, Jw, l, A, B, W),
-        gravity=(0, 0, 0),
-    )
-
-
 def axle(inertia: mq.Parameter, l: mq.Parameter) -> mq.Shape:
     """Return an axle with its two wheels."""
     wheels = [
@@ -71,6 +38,38 @@ def axle(inertia: mq.Parameter, l: mq.Parameter) -> mq.Shape:
     shaft = mq.Visual(mq.Box((0.05 * l, 0.5 * l, 0.05 * l)), mq.Placement((0, 0, 0.12 * l)), ORANGE)
     half = inertia / 2
     return mq.Shape(0, (0, 0, 0), (half, half, inertia, 0, 0, 0), (shaft, *wheels))
+
+
+# the board, the arms and both axles, which turn as the rider wants
+deck = mq.Visual(mq.Box((2.3 * l, 0.4 * l, 0.06 * l)), mq.Placement((0, 0, 0.3 * l)))
+swung = mq.Visual(mq.Box((0.15 * l, 1.6 * l, 0.15 * l)), mq.Placement((0, 0, 1.2 * l)), ORANGE)
+mechanism = mq.Mechanism(
+    name="snakeboard",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("board", mq.Shape(m, (0, 0, 0), (J / 2, J / 2, J, 0, 0, 0), (deck,))),
+        mq.Body("arms", mq.Shape(0, (0, 0, 0), (Ja, Ja, Ja, 0, 0, 0), (swung,))),
+        mq.Body("front", axle(Jw, l)),
+        mq.Body("back", axle(Jw, l)),
+    ),
+    joints=(
+        mq.Planar("plane", "ground", "board", names=("x", "y", "theta")),
+        mq.Revolute("waist", "board", "arms", axis=(0, 0, 1), coordinate="psi"),
+        hinge("front_pivot", "board", "front", "phi", at=(l, 0, 0), axis=(0, 0, 1)),
+        hinge("back_pivot", "board", "back", "phi_back", at=(-l, 0, 0), axis=(0, 0, 1)),
+    ),
+    coordinates=mq.Coordinates(
+        (),
+        {
+            "psi": A * mq.sin(W * mq.time()),
+            "phi": B * mq.cos(W * mq.time()),
+            "phi_back": -B * mq.cos(W * mq.time()),
+        },
+    ),
+    contacts=(mq.Blade("front_wheels", "front"), mq.Blade("back_wheels", "back")),
+    parameters=(m, J, Ja, Jw, l, A, B, W),
+    gravity=(0, 0, 0),
+)
 
 
 def ahead(s: facts.Values) -> tuple[facts.Number, facts.Number]:
@@ -121,8 +120,7 @@ SYSTEM = System(
     title="Snakeboard driven by its rider's arms",
     source="J. Ostrowski, A. Lewis, R. Murray & J. Burdick, IEEE Int. Conf. Robotics and "
     "Automation, 1994, 2391",
-    parameters=(m, J, Ja, Jw, l, A, B, W),
-    build=build,
+    build=mechanism,
     start={"x": 0.0},
     duration=12.0,
     tags=("planar", "rolling", "nonholonomic", "rheonomic", "locomotion"),

@@ -16,24 +16,22 @@ m = mq.Parameter("m", 1.0, "kg", "mass of the particle")
 l = mq.Parameter("l", 1.0, "m", "length of the rod")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the pendulum: a massless yoke turns by phi, the rod swings in it by theta."""
-    return mq.Mechanism(
-        name="spherical_pendulum",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("yoke"),
-            mq.Body("bob", mq.bar(l), mq.particle(m, (0, 0, -l))),
-        ),
-        joints=(
-            mq.Revolute("turn", "ground", "yoke", axis=(0, 0, 1), coordinate="phi"),
-            hinge("swing", "yoke", "bob", "theta"),
-        ),
-        coordinates=mq.Coordinates(("theta", "phi")),
-        parameters=(m, l, g),
-        gravity=(0, 0, -g),
-    )
+# the pendulum: a massless yoke turns by phi, the rod swings in it by theta
+mechanism = mq.Mechanism(
+    name="spherical_pendulum",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("yoke"),
+        mq.Body("bob", mq.bar(l), mq.particle(m, (0, 0, -l))),
+    ),
+    joints=(
+        mq.Revolute("turn", "ground", "yoke", axis=(0, 0, 1), coordinate="phi"),
+        hinge("swing", "yoke", "bob", "theta"),
+    ),
+    coordinates=mq.Coordinates(("theta", "phi")),
+    parameters=(m, l, g),
+    gravity=(0, 0, -g),
+)
 
 
 def acceleration(s: facts.Values) -> tuple[float, float]:
@@ -59,8 +57,7 @@ SYSTEM = System(
     title="Particle on a massless rod, free to move on a sphere",
     source="Landau & Lifshitz, Mechanics, 3rd ed., sect. 14, problem 1; Whittaker, "
     "Analytical Dynamics, sect. 55",
-    parameters=(m, l, g),
-    build=build,
+    build=mechanism,
     start={"theta": 1.2},
     start_velocity={"phi": 1.5},
     tags=("pendulum", "spatial"),

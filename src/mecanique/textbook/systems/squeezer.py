@@ -30,51 +30,6 @@ c0 = mq.Parameter("c0", 4530.0, "N/m", "stiffness of the spring")
 l0 = mq.Parameter("l0", 0.07785, "m", "free length of the spring")
 
 
-def build() -> mq.Mechanism:
-    """Return the squeezer."""
-    centers = ((RA, 0), (-DA, 0), (SB, -SA), (0, EA - E), (TA, TB), (ZF - FA, 0), (-UB, -UA))
-    arms = (
-        ((RR, 0),),
-        ((-D, 0),),
-        ((0, -SS), (SD, -SC)),
-        ((0, -E),),
-        ((ZT, 0),),
-        ((ZF, 0),),
-        ((0, -U),),
-    )
-    bodies = []
-    for k in range(7):
-        piece = _piece(MASSES[k], INERTIAS[k], centers[k])
-        bodies.append(mq.Body(f"K{k + 1}", piece, *(_arm(x, z) for x, z in arms[k])))
-
-    return mq.Mechanism(
-        name="squeezer",
-        bodies=(mq.Body("ground"), *bodies),
-        joints=(
-            hinge("O", "ground", "K1", "beta"),
-            hinge("K1_K2", "K1", "K2", "theta", at=(RR, 0, 0)),
-            hinge("B", "ground", "K3", "gamma", at=(XB, 0, YB)),
-            hinge("A5", "ground", "K5", "delta", at=(XA, 0, YA)),
-            hinge("K5_K4", "K5", "K4", "phi", at=(ZT, 0, 0)),
-            hinge("A7", "ground", "K7", "epsilon", at=(XA, 0, YA)),
-            hinge("K7_K6", "K7", "K6", "omega", at=(0, 0, -U)),
-        ),
-        forces=(
-            mq.Spring(
-                "spring", "ground", (XC, 0, YC), "K3", (SD, 0, -SC), stiffness=c0, free_length=l0
-            ),
-            mq.JointForce("drive", "O", mom),
-        ),
-        loops=(
-            mq.Loop.pin("P3", "K3", (0, 0, -SS), "K2", (-D, 0, 0)),
-            mq.Loop.pin("P4", "K4", (0, 0, -E), "K2", (-D, 0, 0)),
-            mq.Loop.pin("P6", "K6", (ZF, 0, 0), "K2", (-D, 0, 0)),
-        ),
-        parameters=(mom, c0, l0),
-        gravity=(0, 0, 0),
-    )
-
-
 def _piece(mass: float, inertia: float, center: tuple[float, float]) -> mq.Shape:
     """Return a flat piece in the x-z plane; only its inertia about y is published and matters."""
     return mq.Shape(
@@ -84,6 +39,49 @@ def _piece(mass: float, inertia: float, center: tuple[float, float]) -> mq.Shape
 
 def _arm(x: float, z: float) -> mq.Shape:
     return mq.bar(hypot(x, z), (x, 0, z), radius=0.002)
+
+
+centers = ((RA, 0), (-DA, 0), (SB, -SA), (0, EA - E), (TA, TB), (ZF - FA, 0), (-UB, -UA))
+arms = (
+    ((RR, 0),),
+    ((-D, 0),),
+    ((0, -SS), (SD, -SC)),
+    ((0, -E),),
+    ((ZT, 0),),
+    ((ZF, 0),),
+    ((0, -U),),
+)
+bodies = []
+for k in range(7):
+    piece = _piece(MASSES[k], INERTIAS[k], centers[k])
+    bodies.append(mq.Body(f"K{k + 1}", piece, *(_arm(x, z) for x, z in arms[k])))
+
+mechanism = mq.Mechanism(
+    name="squeezer",
+    bodies=(mq.Body("ground"), *bodies),
+    joints=(
+        hinge("O", "ground", "K1", "beta"),
+        hinge("K1_K2", "K1", "K2", "theta", at=(RR, 0, 0)),
+        hinge("B", "ground", "K3", "gamma", at=(XB, 0, YB)),
+        hinge("A5", "ground", "K5", "delta", at=(XA, 0, YA)),
+        hinge("K5_K4", "K5", "K4", "phi", at=(ZT, 0, 0)),
+        hinge("A7", "ground", "K7", "epsilon", at=(XA, 0, YA)),
+        hinge("K7_K6", "K7", "K6", "omega", at=(0, 0, -U)),
+    ),
+    forces=(
+        mq.Spring(
+            "spring", "ground", (XC, 0, YC), "K3", (SD, 0, -SC), stiffness=c0, free_length=l0
+        ),
+        mq.JointForce("drive", "O", mom),
+    ),
+    loops=(
+        mq.Loop.pin("P3", "K3", (0, 0, -SS), "K2", (-D, 0, 0)),
+        mq.Loop.pin("P4", "K4", (0, 0, -E), "K2", (-D, 0, 0)),
+        mq.Loop.pin("P6", "K6", (ZF, 0, 0), "K2", (-D, 0, 0)),
+    ),
+    parameters=(mom, c0, l0),
+    gravity=(0, 0, 0),
+)
 
 
 def kinetic(s: facts.Values) -> facts.Number:
@@ -135,8 +133,7 @@ SYSTEM = System(
     title="Seven-body squeezer of Andrews",
     source="Hairer & Wanner, Solving ODEs II, sect. VII.7; test set for IVP solvers (Bari), "
     "problem andrews",
-    parameters=(mom, c0, l0),
-    build=build,
+    build=mechanism,
     start={
         "beta": -0.0617138900142764496,
         "theta": 0.0,

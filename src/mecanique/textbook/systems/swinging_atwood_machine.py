@@ -22,39 +22,35 @@ d = mq.Parameter("d", 0.6, "m", "distance of the pulleys")
 h = mq.Parameter("h", 2.0, "m", "depth of the counterweight below its pulley at r = 0")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the counterweight and the particle on its turning cord."""
-    return mq.Mechanism(
-        name="swinging_atwood_machine",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("counterweight", mq.box(M, (0.15, 0.15, 0.15))),
-            mq.Body("cord"),
-            mq.Body("bob", mq.particle(m)),
-        ),
-        joints=(
-            slide("lift", "ground", "counterweight", "up", at=(-d, 0, -h), axis=(0, 0, 1)),
-            hinge("pulley", "ground", "cord", "theta"),
-            mq.Prismatic("pay_out", "cord", "bob", axis=(0, 0, -1), coordinate="r"),
-        ),
-        coordinates=mq.Coordinates(
-            ("r", "theta"), {"up": mq.coordinate("r")}, limits={"r": (0, h)}
-        ),
-        elements=(
-            mq.Cord(
-                "rope",
-                ("counterweight", HERE),
-                (
-                    mq.Pulley("ground", center=(-d, 0, 0), grips=False),
-                    mq.Pulley("ground", grips=False),
-                ),
-                ("bob", HERE),
+# the counterweight and the particle on its turning cord
+mechanism = mq.Mechanism(
+    name="swinging_atwood_machine",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("counterweight", mq.box(M, (0.15, 0.15, 0.15))),
+        mq.Body("cord"),
+        mq.Body("bob", mq.particle(m)),
+    ),
+    joints=(
+        slide("lift", "ground", "counterweight", "up", at=(-d, 0, -h), axis=(0, 0, 1)),
+        hinge("pulley", "ground", "cord", "theta"),
+        mq.Prismatic("pay_out", "cord", "bob", axis=(0, 0, -1), coordinate="r"),
+    ),
+    coordinates=mq.Coordinates(("r", "theta"), {"up": mq.coordinate("r")}, limits={"r": (0, h)}),
+    elements=(
+        mq.Cord(
+            "rope",
+            ("counterweight", HERE),
+            (
+                mq.Pulley("ground", center=(-d, 0, 0), grips=False),
+                mq.Pulley("ground", grips=False),
             ),
+            ("bob", HERE),
         ),
-        parameters=(M, m, d, h, g),
-        gravity=(0, 0, -g),
-    )
+    ),
+    parameters=(M, m, d, h, g),
+    gravity=(0, 0, -g),
+)
 
 
 def acceleration(s: facts.Values) -> tuple[facts.Number, facts.Number]:
@@ -84,8 +80,7 @@ SYSTEM = System(
     title="Counterweight and a swinging particle on one cord",
     source="Tufillaro, Abbott & Griffiths, Am. J. Phys. 52 (1984) 895; Tufillaro, "
     "Am. J. Phys. 54 (1986) 142",
-    parameters=(M, m, d, h, g),
-    build=build,
+    build=mechanism,
     start={"r": 1.0, "theta": 1.5},
     duration=10.0,
     tags=("pulley", "pendulum", "planar", "chaos", "mimic"),

@@ -17,16 +17,13 @@ a = mq.Parameter("a", 0.3, "m", "edge along x")
 b = mq.Parameter("b", 0.2, "m", "edge along y")
 c = mq.Parameter("c", 0.04, "m", "edge along z")
 
-
-def build() -> mq.Mechanism:
-    """Return the box."""
-    return mq.Mechanism(
-        name="tennis_racket",
-        bodies=(mq.Body("ground"), mq.Body("box", mq.box(m, (a, b, c)))),
-        joints=(mq.Spherical("center", "ground", "box", names=("qx", "qy", "qz", "qw")),),
-        parameters=(m, a, b, c),
-        gravity=(0, 0, 0),
-    )
+mechanism = mq.Mechanism(
+    name="tennis_racket",
+    bodies=(mq.Body("ground"), mq.Body("box", mq.box(m, (a, b, c)))),
+    joints=(mq.Spherical("center", "ground", "box", names=("qx", "qy", "qz", "qw")),),
+    parameters=(m, a, b, c),
+    gravity=(0, 0, 0),
+)
 
 
 def inertia(s: facts.Values) -> facts.Number:
@@ -65,8 +62,7 @@ SYSTEM = System(
     title="Box that spins freely and turns over: the tennis racket",
     source="Landau & Lifshitz, Mechanics, sect. 37; Ashbaugh, Chicone & Cushman, "
     "J. Dyn. Diff. Eq. 3 (1991) 67",
-    parameters=(m, a, b, c),
-    build=build,
+    build=mechanism,
     start_velocity={"center_wx": 0.01, "center_wy": 6.0},
     duration=12.0,
     tags=("spatial", "free", "quaternion", "stability"),

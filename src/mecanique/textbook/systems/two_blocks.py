@@ -22,43 +22,32 @@ F0 = mq.Parameter("F0", 1.0, "N", "amplitude of the force")
 W = mq.Parameter("W", 3.0, "rad/s", "angular frequency of the force")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the blocks."""
-    size = (0.3, 0.3, 0.3)
-    return mq.Mechanism(
-        name="two_blocks",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("block1", mq.box(m1, size)),
-            mq.Body("block2", mq.box(m2, size)),
+size = (0.3, 0.3, 0.3)
+mechanism = mq.Mechanism(
+    name="two_blocks",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("block1", mq.box(m1, size)),
+        mq.Body("block2", mq.box(m2, size)),
+    ),
+    joints=(
+        slide("slide1", "ground", "block1", "q1", at=(a, 0, 0), axis=(1, 0, 0)),
+        slide("slide2", "ground", "block2", "q2", at=(2 * a, 0, 0), axis=(1, 0, 0)),
+    ),
+    forces=(
+        mq.Spring("spring1", "ground", (0, 0, 0), "block1", (0, 0, 0), stiffness=k1, free_length=a),
+        mq.Spring("spring2", "block1", (0, 0, 0), "block2", (0, 0, 0), stiffness=k2, free_length=a),
+        mq.Force(
+            "load",
+            "block2",
+            (0, 0, 0),
+            force=(F := mq.Input("F", F0 * mq.cos(W * mq.time()), "N", "force on block 2"), 0, 0),
         ),
-        joints=(
-            slide("slide1", "ground", "block1", "q1", at=(a, 0, 0), axis=(1, 0, 0)),
-            slide("slide2", "ground", "block2", "q2", at=(2 * a, 0, 0), axis=(1, 0, 0)),
-        ),
-        forces=(
-            mq.Spring(
-                "spring1", "ground", (0, 0, 0), "block1", (0, 0, 0), stiffness=k1, free_length=a
-            ),
-            mq.Spring(
-                "spring2", "block1", (0, 0, 0), "block2", (0, 0, 0), stiffness=k2, free_length=a
-            ),
-            mq.Force(
-                "load",
-                "block2",
-                (0, 0, 0),
-                force=(
-                    F := mq.Input("F", F0 * mq.cos(W * mq.time()), "N", "force on block 2"),
-                    0,
-                    0,
-                ),
-            ),
-        ),
-        parameters=(m1, m2, k1, k2, a, F0, W, g),
-        inputs=(F,),
-        gravity=(0, 0, -g),
-    )
+    ),
+    parameters=(m1, m2, k1, k2, a, F0, W, g),
+    inputs=(F,),
+    gravity=(0, 0, -g),
+)
 
 
 def frequencies(s: facts.Values) -> tuple[float, float]:
@@ -83,8 +72,7 @@ def respond(s: facts.Values) -> dict[str, float]:
 SYSTEM = System(
     title="Two blocks on a line, two springs and a force",
     source="Fundamentals of Dynamics, ch. 1, Example 1.1, Figure 1.8",
-    parameters=(m1, m2, k1, k2, a, F0, W, g),
-    build=build,
+    build=mechanism,
     start={"q1": 0.2, "q2": -0.1},
     tags=("chapter", "planar", "spring", "linear"),
     facts=(

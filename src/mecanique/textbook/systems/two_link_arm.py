@@ -20,31 +20,28 @@ l2 = mq.Parameter("l2", 0.4, "m", "length of the second link")
 b = mq.Parameter("b", 0.1, "N·m·s/rad", "damping of each bearing")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the arm."""
-    tau1, tau2 = (mq.Input(f"tau{i}", 0.0, "N·m", f"torque of motor {i}") for i in (1, 2))
-    return mq.Mechanism(
-        name="two_link_arm",
-        bodies=(
-            mq.Body("ground"),
-            mq.Body("link1", mq.rod(m1, l1, (1, 0, 0))),
-            mq.Body("link2", mq.rod(m2, l2, (1, 0, 0))),
-        ),
-        joints=(
-            hinge("shoulder", "ground", "link1", "q1"),
-            hinge("elbow", "link1", "link2", "q2", at=(l1, 0, 0)),
-        ),
-        forces=(
-            mq.JointForce("motor1", "shoulder", tau1),
-            mq.JointForce("motor2", "elbow", tau2),
-            mq.JointDamper("bearing1", "shoulder", b),
-            mq.JointDamper("bearing2", "elbow", b),
-        ),
-        parameters=(m1, m2, l1, l2, b, g),
-        inputs=(tau1, tau2),
-        gravity=(0, 0, -g),
-    )
+tau1, tau2 = (mq.Input(f"tau{i}", 0.0, "N·m", f"torque of motor {i}") for i in (1, 2))
+mechanism = mq.Mechanism(
+    name="two_link_arm",
+    bodies=(
+        mq.Body("ground"),
+        mq.Body("link1", mq.rod(m1, l1, (1, 0, 0))),
+        mq.Body("link2", mq.rod(m2, l2, (1, 0, 0))),
+    ),
+    joints=(
+        hinge("shoulder", "ground", "link1", "q1"),
+        hinge("elbow", "link1", "link2", "q2", at=(l1, 0, 0)),
+    ),
+    forces=(
+        mq.JointForce("motor1", "shoulder", tau1),
+        mq.JointForce("motor2", "elbow", tau2),
+        mq.JointDamper("bearing1", "shoulder", b),
+        mq.JointDamper("bearing2", "elbow", b),
+    ),
+    parameters=(m1, m2, l1, l2, b, g),
+    inputs=(tau1, tau2),
+    gravity=(0, 0, -g),
+)
 
 
 def mass_matrix(s: facts.Values) -> list[list[facts.Number]]:
@@ -78,8 +75,7 @@ SYSTEM = System(
     title="Planar robot arm of two links in a vertical plane",
     source="Spong, Hutchinson & Vidyasagar, Robot Modeling and Control, sect. 6.4; Craig, "
     "Robotics, sect. 6.7",
-    parameters=(m1, m2, l1, l2, b, g),
-    build=build,
+    build=mechanism,
     start={"q1": 0.5, "q2": 0.5},
     duration=8.0,
     tags=("robot", "planar", "control", "damper"),

@@ -31,40 +31,38 @@ Jw = mq.Parameter("Jw", 0.11, "kg·m²", "moment of inertia of a wheel about the
 Kw = mq.Parameter("Kw", 0.06, "kg·m²", "moment of inertia of a wheel about a diameter")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
-
-def build() -> mq.Mechanism:
-    """Return the cart, the middle of its axle led by three slides."""
-    floor = mq.Visual(
-        mq.Box((6 * r, 6 * r, 0.02)), mq.Placement((0, 0, -0.01)), (0.85, 0.85, 0.85, 1.0)
-    )
-    box = mq.Visual(mq.Box((1.2 * r, 1.2 * b, 0.6 * r)), mq.Placement((0, 0, -h)))
-    shaft = mq.Visual(mq.Cylinder(0.06 * r, 2 * b), mq.Placement(rpy=(pi / 2, 0, 0)), ORANGE)
-    rim = mq.Visual(mq.Cylinder(r, 0.1 * r), mq.Placement(rpy=(pi / 2, 0, 0)))
-    spoke = mq.massless(mq.Visual(mq.Box((0.1 * r, 0.14 * r, 1.8 * r)), rgba=ORANGE))
-    wheel = mq.Shape(mw, (0, 0, 0), (Kw, Jw, Kw, 0, 0, 0), (rim,))
-    chart = (*slides("middle"), *hinges("middle", "axle", "load", names=("turn", "side", "swing")))
-    return mq.Mechanism(
-        name="two_wheeled_cart",
-        bodies=(
-            mq.Body("ground", mq.massless(floor)),
-            *carriers(chart),
-            mq.Body("load", mq.Shape(m, (0, 0, -h), (I1, I2, I3, 0, 0, 0), (box, shaft))),
-            mq.Body("left_wheel", wheel, spoke),
-            mq.Body("right_wheel", wheel, spoke),
-        ),
-        joints=(
-            *chart,
-            hinge("left_hub", "load", "left_wheel", "left", at=(0, b, 0), axis=(0, 1, 0)),
-            hinge("right_hub", "load", "right_wheel", "right", at=(0, -b, 0), axis=(0, 1, 0)),
-        ),
-        coordinates=mq.Coordinates((), limits={"roll": (-pi / 2, pi / 2)}),
-        contacts=(
-            mq.Rolling("left_contact", "left_wheel", r),
-            mq.Rolling("right_contact", "right_wheel", r),
-        ),
-        parameters=(m, h, I1, I2, I3, mw, r, b, Jw, Kw, g),
-        gravity=(0, 0, -g),
-    )
+# the cart, the middle of its axle led by three slides
+floor = mq.Visual(
+    mq.Box((6 * r, 6 * r, 0.02)), mq.Placement((0, 0, -0.01)), (0.85, 0.85, 0.85, 1.0)
+)
+box = mq.Visual(mq.Box((1.2 * r, 1.2 * b, 0.6 * r)), mq.Placement((0, 0, -h)))
+shaft = mq.Visual(mq.Cylinder(0.06 * r, 2 * b), mq.Placement(rpy=(pi / 2, 0, 0)), ORANGE)
+rim = mq.Visual(mq.Cylinder(r, 0.1 * r), mq.Placement(rpy=(pi / 2, 0, 0)))
+spoke = mq.massless(mq.Visual(mq.Box((0.1 * r, 0.14 * r, 1.8 * r)), rgba=ORANGE))
+wheel = mq.Shape(mw, (0, 0, 0), (Kw, Jw, Kw, 0, 0, 0), (rim,))
+chart = (*slides("middle"), *hinges("middle", "axle", "load", names=("turn", "side", "swing")))
+mechanism = mq.Mechanism(
+    name="two_wheeled_cart",
+    bodies=(
+        mq.Body("ground", mq.massless(floor)),
+        *carriers(chart),
+        mq.Body("load", mq.Shape(m, (0, 0, -h), (I1, I2, I3, 0, 0, 0), (box, shaft))),
+        mq.Body("left_wheel", wheel, spoke),
+        mq.Body("right_wheel", wheel, spoke),
+    ),
+    joints=(
+        *chart,
+        hinge("left_hub", "load", "left_wheel", "left", at=(0, b, 0), axis=(0, 1, 0)),
+        hinge("right_hub", "load", "right_wheel", "right", at=(0, -b, 0), axis=(0, 1, 0)),
+    ),
+    coordinates=mq.Coordinates((), limits={"roll": (-pi / 2, pi / 2)}),
+    contacts=(
+        mq.Rolling("left_contact", "left_wheel", r),
+        mq.Rolling("right_contact", "right_wheel", r),
+    ),
+    parameters=(m, h, I1, I2, I3, mw, r, b, Jw, Kw, g),
+    gravity=(0, 0, -g),
+)
 
 
 def speed(s: facts.Values) -> facts.Number:
@@ -128,8 +126,7 @@ SYSTEM = System(
     title="Cart on two wheels with a load that swings",
     source="Neimark & Fufaev, Dynamics of Nonholonomic Systems, 1972, ch. III; equations of what "
     "balances on two wheels",
-    parameters=(m, h, I1, I2, I3, mw, r, b, Jw, Kw, g),
-    build=build,
+    build=mechanism,
     start={"z": 0.3, "pitch": 0.8},
     start_velocity={"yaw": 1.0},
     duration=8.0,
