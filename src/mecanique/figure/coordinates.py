@@ -24,12 +24,14 @@ from mecanique.figure.paper.marks import (
     arrow,
     center_of_mass,
     dimension,
+    downward,
     label,
+    named_arrow,
     rich,
     unit,
 )
 from mecanique.figure.setting import CONE, Setting, is_zero
-from mecanique.figure.solids import Floats, Outline, radius_of, unit3
+from mecanique.figure.solids import Floats, Outline, list_branch, radius_of, unit3
 from mecanique.model import quaternions
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.visuals import Box, Cylinder
@@ -262,19 +264,17 @@ def slopes(setting: Setting) -> Iterator[Mark]:
 
 def _rail_slopes(setting: Setting) -> Iterator[Mark]:
     """The angle by which gravity is tilted against a slide on the ground."""
-    mechanism, camera = setting.mechanism, setting.camera
+    mechanism = setting.mechanism
     letters = {p.symbol for p in mechanism.parameters if p.unit == "rad"}
     used = frozenset().union(*map(symbols_in, mechanism.gravity)) & letters
     for joint in mechanism.joints:
         if len(used) != 1 or joint.parent != mechanism.ground or not isinstance(joint, Prismatic):
             continue
-        along = unit(camera.at(setting.axis(joint)))
-        along = along if along[1] > 0 else -along
-        below = across(along)
-        below = below if below[1] > 0 else -below
-        low = camera.at(setting.point(joint.child))
-        low = low + (setting.reach(joint.child, below) - float(low @ below)) * below
-        low = low + (setting.reach(joint.child, along) - float(low @ along) + SLOPE_RADIUS) * along
+        along = downward(unit(setting.along(joint)))
+        below = downward(across(along))
+        low = setting.at(joint.child)
+        low = low + setting.reach_from(low, joint.child, below) * below
+        low = low + (setting.reach_from(low, joint.child, along) + SLOPE_RADIUS) * along
         low = low + RAIL_GAP * below
         yield from _slope(low, low - along, *used)
 
@@ -353,7 +353,7 @@ def _beside(setting: Setting, name: str, solid: Outline, at: Point) -> Words:
 def _is_pinned(setting: Setting, solid: Outline, at: Point) -> bool:
     """Whether a hinge stands in the middle of a solid; a disk has one there."""
     joints = [j for j in setting.mechanism.joints if solid.body in (j.parent, j.child)]
-    seats = [setting.camera.at(setting.point(joint.child)) for joint in joints]
+    seats = [setting.at(joint.child) for joint in joints]
     near = solid.kind == "cylinder" or any(math.hypot(*(s - at)) < JOINT_ROOM for s in seats)
     return near and any(not isinstance(joint, Prismatic) for joint in joints)
 
@@ -497,7 +497,7 @@ def _draw_angle(setting: Setting, angle: _Angle, level: int) -> Iterator[Mark]:
 def _arm(setting: Setting, angle: _Angle, axis: Floats) -> Floats:
     """From the center of rotation to the body, across the axis, before the rotation."""
     pose, before = setting.poses[angle.body], angle.before[angle.body]
-    for member in _descend(setting, setting.mechanism.bodies[angle.body].name):
+    for member in list_branch(setting.mechanism, setting.mechanism.bodies[angle.body].name):
         local = (_span(setting, member) - pose[:3, 3]) @ pose[:3, :3]
         arms = local @ before[:3, :3].T
         arms = arms - (arms @ axis)[:, None] * axis
@@ -518,16 +518,6 @@ def _farthest(setting: Setting, arms: Floats) -> Floats:
     longest = arms[lengths >= (1 - 1e-9) * lengths.max()]
     places = np.round(setting.camera.at(longest), 6)
     return np.asarray(longest[np.lexsort((places[:, 1], places[:, 0]))[-1]])
-
-
-def _descend(setting: Setting, body: str) -> Iterator[str]:
-    """A body and all bodies that it carries."""
-    family = {body}
-    yield body
-    for joint in setting.mechanism.tree:
-        if joint.parent in family:
-            family.add(joint.child)
-            yield joint.child
 
 
 def _span(setting: Setting, body: str) -> Floats:
@@ -572,8 +562,7 @@ def _triad(setting: Setting, distances: list[_Distance]) -> Iterator[Mark]:
         tip = origin + TRIAD * setting.camera.at(distance.forward) / setting.camera.scale
         if math.hypot(*(tip - origin)) < 8:
             continue
-        yield from arrow(origin, tip, "coordinate")
-        yield label(tip, distance.name, tip - origin, 3.0, "coordinate-letter")
+        yield from named_arrow(origin, tip, distance.name, "coordinate", gap=3.0)
 
 
 def _draw_distance(setting: Setting, distance: _Distance) -> Iterator[Mark]:
@@ -586,13 +575,13 @@ def _draw_distance(setting: Setting, distance: _Distance) -> Iterator[Mark]:
     along = unit(camera.at(distance.forward))
     side = _free_side(setting, owner, along)
     clearance = CLEARANCE_ABOVE if side[1] < -0.7 else CLEARANCE
-    shift = max(setting.reach(owner, side) - float(a @ side), 0.0) + clearance
+    shift = max(setting.reach_from(a, owner, side), 0.0) + clearance
     # the arrow shows the positive sense: where the body stands on the other side, nothing else
     small = distance.length * camera.scale < SMALL or distance.value < 0
     flat = len(setting.paper(owner)) > 1 and float(np.ptp(setting.paper(owner) @ side)) < FLAT
     if small and flat:
         # in front of the plate it points at
-        before = setting.reach(owner, along) - float(b @ along) - 62.0
+        before = setting.reach_from(b, owner, along) - 62.0
         foot = b + before * along + np.array([0.0, -11.0])
         tip = foot + 26 * along
         name = label(foot, distance.name, -along, 5.0, "coordinate-letter")

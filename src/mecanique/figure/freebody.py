@@ -30,7 +30,9 @@ from mecanique.figure.paper.marks import (
     arc,
     arrow,
     bounds,
+    directions,
     label,
+    named_arrow,
     unit,
 )
 from mecanique.figure.setting import Setting
@@ -159,11 +161,9 @@ def _arms(setting: Setting, body: str, actions: Sequence[Action]) -> Iterator[Ma
 
 def acting(setting: Setting) -> Iterator[Action]:
     """Yield every force on every body, inertia forces too."""
-    actions = Actions(setting.mechanism, setting.reference)
     t, q, v = np.array([setting.t]), setting.q[None], setting.v[None]
-    yield from actions.applied(t, q, v)
-    yield from actions.reactions(t, q, v)
-    yield from actions.inertia(t, q, v, np.asarray(setting.reference.acceleration(q, v, t)))
+    a = np.asarray(setting.reference.acceleration(q, v, t))
+    yield from Actions(setting.mechanism, setting.reference).all(t, q, v, a)
 
 
 def _perturb(setting: Setting, actions: Sequence[Action]) -> list[Action]:
@@ -246,16 +246,10 @@ def _plane_of(setting: Setting, action: Action) -> list[_Axis]:
 def _sense(setting: Setting, action: Action) -> int:
     """1 where the force counts positive along the axes: on a joint's child; −1 on its parent."""
     mechanism = setting.mechanism
-    for joint in mechanism.joints:
-        if joint.name == action.name:
-            return 1 if joint.child == action.body else -1
-    for loop in mechanism.loops:
-        if loop.name == action.name:
-            return 1 if loop.body_b == action.body else -1
-    for contact in mechanism.contacts:
-        if contact.name == action.name:
-            return 1 if contact.body == action.body else -1
-    return 1
+    held = {joint.name: joint.child for joint in mechanism.joints}
+    held |= {loop.name: loop.body_b for loop in mechanism.loops}
+    held |= {contact.name: contact.body for contact in mechanism.contacts}
+    return 1 if held.get(action.name, action.body) == action.body else -1
 
 
 def _step_aside(candidate: _Arrow, drawn: Sequence[_Arrow]) -> _Arrow:
@@ -290,8 +284,7 @@ def _moment(setting: Setting, action: Action, numbers: bool, *, counted: bool) -
         size = along * sense
     way, radius = sense, 24.0 if style == "inertia" else 30.0
     turn = -way * np.linspace(0.0, 1.3 * math.pi, 40) - 0.4 * way
-    points = at + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    yield from arc(points, style)
+    yield from arc(at + radius * directions(turn), style)
     side = np.array([0.7, 0.7])
     symbol = _symbol(setting, action, moment=True)
     yield _label(at + radius * side, symbol, size if numbers else None, "N·m", side, style)
@@ -311,8 +304,7 @@ def _cross(marks: Sequence[Mark], setting: Setting, axes: Sequence[_Axis]) -> It
     corner = np.array([left - AWAY, bottom])
     for axis in axes:
         along = unit(setting.camera.at(axis.along))
-        yield from arrow(corner, corner + AXIS * along, "thin")
-        yield label(corner + AXIS * along, axis.letter, along, 5.0, "name")
+        yield from named_arrow(corner, corner + AXIS * along, axis.letter, "thin")
 
 
 def _label(

@@ -21,11 +21,13 @@ from mecanique.figure.paper.marks import (
     Words,
     across,
     arc,
-    arrow,
     bounds,
     dashpot,
+    directions,
+    downward,
     hatch,
     label,
+    named_arrow,
     pin,
     rich,
     spiral,
@@ -33,7 +35,15 @@ from mecanique.figure.paper.marks import (
     unit,
 )
 from mecanique.figure.setting import Setting, is_zero
-from mecanique.figure.solids import Floats, Outline, outline, radius_of, unit3
+from mecanique.figure.solids import (
+    Floats,
+    Outline,
+    cord_stretches,
+    list_branch,
+    outline,
+    radius_of,
+    unit3,
+)
 from mecanique.model.constraint_base import PressingContact, Strung, list_cord_runs
 from mecanique.model.constraints.friction import Contact, Friction, Stop
 from mecanique.model.constraints.loops import Loop
@@ -81,7 +91,7 @@ def supports(setting: Setting) -> Iterator[Mark]:
     for joint in setting.mechanism.joints:
         if joint.parent != setting.mechanism.ground or joint.followers:
             continue
-        at = setting.camera.at(setting.point(joint.child))
+        at = setting.at(joint.child)
         if isinstance(joint, Single) and joint.turns and not setting.camera.flat:
             yield from _bearing(setting, joint, at)
         elif isinstance(joint, (Revolute, Spherical, Universal)):
@@ -106,7 +116,7 @@ def nuts(setting: Setting) -> Iterator[Mark]:
     for joint in setting.mechanism.joints:
         if not isinstance(joint, Single) or not joint.followers:
             continue
-        at, along = camera.at(setting.seat(joint)), camera.at(setting.axis(joint)) / camera.scale
+        at, along = setting.seat_at(joint), setting.along(joint)
         if math.hypot(*along) < 0.2:
             yield Circle(at, NUT[0], "clear")
             continue
@@ -135,22 +145,18 @@ def _nut(at: Point, along: Point, *, on_ground: bool) -> Iterator[Mark]:
 
 def _away(setting: Setting, body: str, at: Point) -> Point:
     """From a hinge, up or down, to the side with less of what hangs from it."""
-    family = {body}
-    for joint in setting.mechanism.tree:
-        if joint.parent in family:
-            family.add(joint.child)
-    spots = [setting.paper(name) for name in family]
+    spots = [setting.paper(name) for name in list_branch(setting.mechanism, body)]
     middle = np.concatenate(spots).mean(axis=0) - at
     return DOWN if middle[1] < -2 else -DOWN
 
 
 def _bearing(setting: Setting, joint: Single, at: Point) -> Iterator[Mark]:
     """An axle in space: its line, and a bearing at its lower end or beyond the bodies around it."""
-    down = setting.camera.at(setting.axis(joint)) / setting.camera.scale
+    down = setting.along(joint)
     if math.hypot(*down) < 0.2:
         yield from pin(at, _away(setting, joint.child, at))
         return
-    down = unit(down if down[1] >= 0 else -down)
+    down = unit(downward(down))
     broad = [s for s in setting.solids if s.body == joint.child and s.kind != "rod"]
     spans = [(setting.camera.at(s.corners) - at) @ down for s in broad]
     reach = max((float(span.max()) for span in spans), default=0.0)
@@ -170,13 +176,12 @@ def _slabs(setting: Setting) -> Iterator[Mark]:
         edges = [(a, b) for a in paper for b in paper if math.hypot(*(b - a)) > 60]
         spread = paper - paper.mean(axis=0)
         along = np.linalg.svd(spread)[2][0]
-        low = across(along) if across(along)[1] > 0 else -across(along)
+        low = downward(across(along))
         if not edges or float(np.ptp(paper @ low)) > 14:
             continue
         base = paper.mean(axis=0) + float((spread @ low).max()) * low
-        half = float((spread @ along).max())
-        a, b = base - half * along, base + half * along
-        yield from hatch(a, b, low)
+        half = float((spread @ along).max()) * along
+        yield from hatch(base - half, base + half, low)
 
 
 def _find_leader(setting: Setting, joint: Joint) -> str:
@@ -258,10 +263,10 @@ def _stop(setting: Setting, stop: Stop) -> Iterator[Mark]:
     if not camera.flat or not isinstance(joint, (Prismatic, Revolute)):
         return
     if isinstance(joint, Prismatic):
-        along = unit(camera.at(setting.axis(joint))) * stop.side
+        along = unit(setting.along(joint)) * stop.side
         if joint.parent == mechanism.ground:
-            child = camera.at(setting.point(joint.child))
-            depth = setting.reach(joint.child, along) - float(child @ along)
+            child = setting.at(joint.child)
+            depth = setting.reach_from(child, joint.child, along)
             place = camera.at(seat + limit * setting.axis(joint))
             yield from wall(place + depth * along, -along)
         elif not any(solid.body == joint.parent for solid in setting.solids):
@@ -310,11 +315,10 @@ def _rail(setting: Setting, joint: Prismatic) -> Iterator[_Rail]:
     if any(solid.body == mechanism.ground for solid in setting.solids):
         return
     along = unit(camera.at(axis))
-    below = across(along)
-    below = -below if below[1] < 0 else below
-    center, zero = camera.at(setting.point(joint.child)), camera.at(setting.seat(joint))
-    depth = setting.reach(joint.child, below) - float(center @ below)
-    half = max(setting.reach(joint.child, along) - float(center @ along), 12.0)
+    below = downward(across(along))
+    center, zero = setting.at(joint.child), setting.seat_at(joint)
+    depth = setting.reach_from(center, joint.child, below)
+    half = max(setting.reach_from(center, joint.child, along), 12.0)
     ends = [float((zero - center) @ along), 0.0]
     rubs = any(isinstance(e, Friction) and e.joint == joint.name for e in setting.switching)
     line = center + (depth + (0.0 if rubs else 8.0)) * below
@@ -379,8 +383,8 @@ def connections(setting: Setting) -> Iterator[Mark]:
 
 
 def _between(setting: Setting, links: Sequence[LineLoad]) -> Iterator[Mark]:
-    first, camera = links[0], setting.camera
-    a, b = (camera.at(setting.point(end.body, end.point)) for end in first.ends)
+    first = links[0]
+    a, b = (setting.at(end.body, end.point) for end in first.ends)
     along = unit(b - a)
     for force in links:
         if isinstance(force, CentralForce):
@@ -449,9 +453,8 @@ def _bundle(
 
 
 def _in_slide(setting: Setting, joint: Prismatic, loads: Sequence[JointLoad]) -> Iterator[Mark]:
-    camera = setting.camera
-    a, b = camera.at(setting.seat(joint)), camera.at(setting.point(joint.child))
-    along = unit(camera.at(setting.axis(joint)))
+    a, b = setting.seat_at(joint), setting.at(joint.child)
+    along = unit(setting.along(joint))
     solids = {solid.body: solid for solid in setting.solids}
     if joint.child in solids and stands_on_columns(setting, joint):
         yield from _columns(setting, joint, loads)
@@ -471,7 +474,7 @@ def _in_slide(setting: Setting, joint: Prismatic, loads: Sequence[JointLoad]) ->
     tip = _surface(setting, joint.child, b, -along)
     foot = tip - 74.0 * along
     if joint.parent in solids:
-        foot = a + (setting.reach(joint.parent, along) - float(a @ along)) * along
+        foot = a + setting.reach_from(a, joint.parent, along) * along
     else:
         yield from wall(foot, along)
     yield from _bundle(setting, foot, tip, loads)
@@ -479,12 +482,9 @@ def _in_slide(setting: Setting, joint: Prismatic, loads: Sequence[JointLoad]) ->
 
 def _columns(setting: Setting, joint: Prismatic, loads: Sequence[JointLoad]) -> Iterator[Mark]:
     """Two elastic columns that carry a floor above another floor or above the ground."""
-    camera = setting.camera
-    high = camera.at(setting.point(joint.child))
-    parent = camera.at(setting.point(joint.parent))
-    along = unit(camera.at(setting.axis(joint)))
-    up = -np.array([0.0, 1.0])
-    half = setting.reach(joint.child, along) - float(high @ along) - 8
+    high, parent = setting.at(joint.child), setting.at(joint.parent)
+    along, up = unit(setting.along(joint)), -DOWN
+    half = setting.reach_from(high, joint.child, along) - 8
     bottom, top = parent, _surface(setting, joint.child, high, -up)
     if joint.parent != setting.mechanism.ground:
         bottom = _surface(setting, joint.parent, parent, up)
@@ -509,20 +509,15 @@ def _columns(setting: Setting, joint: Prismatic, loads: Sequence[JointLoad]) -> 
 
 
 def _in_hinge(setting: Setting, joint: Revolute, loads: Sequence[JointLoad]) -> Iterator[Mark]:
-    at = setting.camera.at(setting.point(joint.child))
+    at = setting.at(joint.child)
     for load in loads:
         sprung = load.kind == "spring"
         name = setting.name(load.coefficient)
         if sprung:
             yield from spiral(at, 0.0)
         if name:
-            side = setting.clear_side(at)
-            yield label(
-                at,
-                name,
-                side if sprung else np.array([side[0], -side[1]]),
-                20.0 if sprung else 14.0,
-            )
+            side = setting.clear_side(at) * ((1.0, 1.0) if sprung else (1.0, -1.0))
+            yield label(at, name, side, 20.0 if sprung else 14.0)
 
 
 ARROW = 42.0
@@ -537,7 +532,7 @@ BEND, START, SWEEP = 20.0, 0.3, 1.35 * math.pi
 
 def loads(setting: Setting) -> Iterator[Mark]:
     """Yield forces, torques and drives as arrows with their symbols."""
-    mechanism, camera = setting.mechanism, setting.camera
+    mechanism = setting.mechanism
     acting = Actions(mechanism, setting.reference).applied(
         np.array([setting.t]), setting.q[None], setting.v[None]
     )
@@ -552,7 +547,7 @@ def loads(setting: Setting) -> Iterator[Mark]:
             if wrench.force is not None:
                 yield from _push(setting, force.name, wrench, now.get(force.name))
             if wrench.torque is not None:
-                at = camera.at(setting.point(wrench.body))
+                at = setting.at(wrench.body)
                 yield from _bend(at, 1.0, force.name, setting.clear_side(at))
         elif isinstance(force, JointLoad) and force.kind == "load":
             yield from _drive(setting, force)
@@ -573,30 +568,28 @@ def _push(setting: Setting, force: str, wrench: WrenchOnBody, now: Floats | None
     along = setting.camera.at(turn @ present)
     if math.hypot(*along) < 1e-9:
         return
-    at = setting.camera.at(setting.point(wrench.body, wrench.point))
+    at = setting.at(wrench.body, wrench.point)
     yield from _draw_force(setting, wrench.body, at, unit(along), name)
 
 
 def _draw_force(setting: Setting, body: str, at: Point, along: Point, name: str) -> Iterator[Mark]:
     """An arrow that points away from a body at a place on paper, from just outside it."""
-    inside = max(setting.reach(body, along) - float(at @ along), 0.0)
+    inside = max(setting.reach_from(at, body, along), 0.0)
     tail = at + (inside + 3.0) * along
-    tip = tail + ARROW * along
-    yield from arrow(tail, tip, "force")
+    side = None
     if len(name) > LONG_NAME and abs(along[0]) < 0.95:
         side = np.array([-abs(along[1]), -abs(along[0])])
-        yield label((tail + tip) / 2, name, side, 7.0, "force-letter")
-    else:
-        yield label(tip, name, along, 5.0, "force-letter")
+    gap = 5.0 if side is None else 7.0
+    yield from named_arrow(tail, tail + ARROW * along, name, "force", side, gap)
 
 
 def _drive(setting: Setting, force: JointLoad) -> Iterator[Mark]:
     """A drive in a hinge or a slide, acting on the child."""
     joint, camera = setting.mechanism.joint(force.joints[0]), setting.camera
-    at = camera.at(setting.point(joint.child))
+    at = setting.at(joint.child)
     name = (setting.name(force.coefficient) or force.name).lstrip("-")
     if isinstance(joint, Prismatic):
-        yield from _draw_force(setting, joint.child, at, unit(camera.at(setting.axis(joint))), name)
+        yield from _draw_force(setting, joint.child, at, unit(setting.along(joint)), name)
     elif isinstance(joint, Revolute):
         toward = float(setting.axis(joint) @ camera.toward)
         yield from _bend(at, toward, name, setting.clear_side(at))
@@ -606,8 +599,7 @@ def _bend(at: Point, toward: float, name: str, side: Point) -> Iterator[Mark]:
     """A bent arrow: counterclockwise on paper if its axis points towards the eye."""
     way, start = (1.0, START) if toward >= 0 else (-1.0, math.pi - START)
     angles = start - way * np.linspace(0.0, SWEEP, 40)
-    points = at + BEND * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    yield from arc(points, "force")
+    yield from arc(at + BEND * directions(angles), "force")
     yield label(at, name, side, BEND + 3.0, "force-letter")
 
 
@@ -640,28 +632,26 @@ def given_motions(setting: Setting) -> Iterator[Mark]:
 
 def _slide(setting: Setting, joint: Prismatic, words: str) -> Iterator[Mark]:
     """An arrow beside the body that slides."""
-    camera = setting.camera
-    step = camera.at(setting.axis(joint)) / camera.scale
+    step = setting.along(joint)
     if math.hypot(*step) < _FACING:
         return
     along = unit(step)
-    middle = (camera.at(setting.seat(joint)) + camera.at(setting.point(joint.child))) / 2
+    middle = (setting.seat_at(joint) + setting.at(joint.child)) / 2
     side = across(along)
     side = -side if side[0] > 0 or (abs(side[0]) < 1e-9 and side[1] > 0) else side
-    shift = max(setting.reach(joint.child, side) - float(middle @ side), 0.0) + _GAP
+    shift = max(setting.reach_from(middle, joint.child, side), 0.0) + _GAP
     tail = middle + shift * side - _LENGTH / 2 * along
-    yield from arrow(tail, tail + _LENGTH * along, "coordinate")
-    yield label(tail + _LENGTH / 2 * along, words, side, 7.0, "coordinate-letter")
+    yield from named_arrow(tail, tail + _LENGTH * along, words, "coordinate", side, 7.0)
 
 
 def _turn(setting: Setting, joint: Revolute, words: str) -> Iterator[Mark]:
     """An arc about the axis of the body that turns, beyond the body unless seen along the axis."""
     camera, axis = setting.camera, unit3(setting.axis(joint))
     step = camera.at(axis) / camera.scale
-    at, facing = camera.at(setting.seat(joint)), math.hypot(*step) < _FACING
+    at, facing = setting.seat_at(joint), math.hypot(*step) < _FACING
     if not facing:
         up = unit(step)
-        above = setting.reach(joint.child, up) - float(at @ up)
+        above = setting.reach_from(at, joint.child, up)
         if above > 0:
             at = at + (above + _GAP) * up
     # seen along the axis, the arc begins where the body points
@@ -766,18 +756,18 @@ def solid_marks(setting: Setting, body: str | None = None) -> Iterator[Mark]:
 
 def _links(setting: Setting) -> Iterator[Mark]:
     """Lines along bodies without solids, from joint to joint, and along extended slides."""
-    mechanism, camera = setting.mechanism, setting.camera
+    mechanism = setting.mechanism
     shown = {solid.body for solid in setting.solids} | {mechanism.ground}
     lines = [force for force in mechanism.forces if isinstance(force, LineLoad)]
     sprung = {body for line in lines for body in line.bodies}
     for joint in mechanism.joints:
         bare = joint.parent not in shown
         if bare:
-            yield from _line(camera.at(setting.point(joint.parent)), camera.at(setting.seat(joint)))
+            yield from _line(setting.at(joint.parent), setting.seat_at(joint))
         if not isinstance(joint, Prismatic) or loads_in(mechanism.forces, joint.name):
             continue
         if bare and joint.child not in sprung and not _find_leader(setting, joint):
-            yield from _line(camera.at(setting.seat(joint)), camera.at(setting.point(joint.child)))
+            yield from _line(setting.seat_at(joint), setting.at(joint.child))
 
     yield from _cords(setting)
 
@@ -792,19 +782,14 @@ def _cords(setting: Setting) -> Iterator[Mark]:
     mechanism, camera = setting.mechanism, setting.camera
     for element in setting.switching:
         for run in map(mechanism.joint, list_cord_runs(element)):
-            yield from _line(camera.at(setting.seat(run)), camera.at(setting.point(run.child)))
-    cords = [guide for guide in mechanism.elements if isinstance(guide, Strung)]
-    if not cords:
-        return
-    names = {name for cord in cords for name in cord.forces}
-    every = setting.reference.guide_actions(setting.q, setting.v, setting.t)
-    ends = [camera.at(end.point) for end in every if end.name in names]
-    for start, end in zip(ends[::2], ends[1::2], strict=True):
-        yield from _line(start, end)
-    for cord in cords:
-        for wheel in cord.over:
+            yield from _line(setting.seat_at(run), setting.at(run.child))
+    state = setting.q, setting.v, setting.t
+    for start, end in cord_stretches(mechanism, setting.reference, *state):
+        yield from _line(camera.at(start), camera.at(end))
+    for cord in mechanism.elements:
+        for wheel in cord.over if isinstance(cord, Strung) else ():
             if is_zero(wheel.radius):
-                yield Circle(camera.at(setting.point(wheel.body, wheel.center)), PULLEY / 2, "pin")
+                yield Circle(setting.at(wheel.body, wheel.center), PULLEY / 2, "pin")
 
 
 def _joints(setting: Setting) -> Iterator[Mark]:
@@ -812,7 +797,7 @@ def _joints(setting: Setting) -> Iterator[Mark]:
     shown = {solid.body for solid in setting.solids} | {mechanism.ground}
     wheels = {solid.body for solid in setting.solids if solid.kind == "cylinder"}
     for joint in mechanism.joints:
-        at = camera.at(setting.point(joint.child))
+        at = setting.at(joint.child)
         if isinstance(joint, Revolute) and not camera.flat:
             yield Circle(at, 3.2, "pin")
         elif isinstance(joint, Revolute):
@@ -828,8 +813,8 @@ def _joints(setting: Setting) -> Iterator[Mark]:
 
 def _loop(setting: Setting, loop: Loop) -> Iterator[Mark]:
     """The pin that closes a loop, on the ground if that holds it; two and a line for a distance."""
-    a = setting.camera.at(setting.point(loop.body_a, loop.frame_a.xyz))
-    b = setting.camera.at(setting.point(loop.body_b, loop.frame_b.xyz))
+    a = setting.at(loop.body_a, loop.frame_a.xyz)
+    b = setting.at(loop.body_b, loop.frame_b.xyz)
     if loop.kind == "distance":
         yield Stroke(np.array([a, b]), "cable")
         yield from (*pin(a), *pin(b))
@@ -849,7 +834,5 @@ def _gravity(setting: Setting, marks: list[Mark]) -> Iterator[Mark]:
     names = [setting.name(component) for component in mechanism.gravity if not is_zero(component)]
     _, top, right, _ = bounds(marks)
     tail = np.array([right + 22.0, top + 4.0])
-    tip = tail + 36.0 * unit(down)
-    yield from arrow(tail, tip, "thin")
     name = (names[0] or "g").lstrip("-")
-    yield label((tail + tip) / 2, name, np.array([1.0, 0.0]), 5.0, "name")
+    yield from named_arrow(tail, tail + 36.0 * unit(down), name, "thin", np.array([1.0, 0.0]))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mecanique.errors import MecaniqueError
-from mecanique.figure.paper.marks import Point
+from mecanique.figure.paper.marks import Point, directions
 from mecanique.figure.solids import ACROSS, ISOMETRIC, Camera, Floats, Outline, side_of, solids
 from mecanique.model.bodies.visuals import Box
 from mecanique.model.constraints.friction import Contact, Stop, Switching
@@ -87,6 +87,18 @@ class Setting:
         """Return whether a body is drawn with teeth."""
         return any(solid.contour is not None for solid in self.solids if solid.body == body)
 
+    def at(self, body: str, xyz: Any = (0.0, 0.0, 0.0)) -> Point:
+        """Return a point of a body on paper."""
+        return self.camera.at(self.point(body, xyz))
+
+    def seat_at(self, joint: Joint) -> Point:
+        """Return a joint's origin on paper."""
+        return self.camera.at(self.seat(joint))
+
+    def along(self, joint: Any) -> Point:
+        """Return a joint's axis on paper, as long as it is seen: 0 to 1."""
+        return self.camera.at(self.axis(joint)) / self.camera.scale
+
     def paper(self, body: str) -> Point:
         """Return the points that span a body on paper, shape (n, 2), or its origin."""
         spans = [solid.corners for solid in self.solids if solid.body == body]
@@ -96,6 +108,10 @@ class Setting:
         """Return how far a body extends on paper from the world's origin along a direction [pt]."""
         return float((self.paper(body) @ direction).max())
 
+    def reach_from(self, at: Point, body: str, direction: Point) -> float:
+        """Return how far a body extends on paper from a place along a direction [pt]."""
+        return self.reach(body, direction) - float(at @ direction)
+
     def clear_side(self, at: Point) -> Point:
         """Return the emptiest direction from a place on paper, shape (2,)."""
         spots = [
@@ -104,8 +120,7 @@ class Setting:
             for s in STEPS
         ]
         around = np.array(spots or [at]) - at
-        angles = np.arange(16) * np.pi / 8
-        ways = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        ways = directions(np.arange(16) * np.pi / 8)
         near = around[np.hypot(*around.T) > 2.0]
         if not len(near):
             return np.array([1.0, 0.0])

@@ -5,17 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import final
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, across, unit
+from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, across, directions, unit
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual, measure
 from mecanique.model.constraint_base import PressingContact
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.teeth import RackTeeth, Toothed, WheelTeeth, teeth_of
+from mecanique.reference import Reference
 
 Floats = NDArray[np.float64]
 
@@ -65,18 +66,43 @@ class Camera:
 
 def side_of(mechanism: Mechanism, poses: Floats) -> Floats:
     """Return the axes of the best view of a mechanism: front or top if it is planar."""
-    at = {body.name: k for k, body in enumerate(mechanism.bodies)}
-    axes = []
-    for joint in mechanism.joints:
-        if joint.quaternion:
-            return ISOMETRIC
-        turn = poses[at[joint.child], :3, :3]
-        axes += [(motion.kind == "slide", turn @ motion.axis) for motion in joint.chain if joint.nv]
     for view in (FRONT, TOP):
-        normal = view[2]
-        if all(abs(abs(axis @ normal) - (0.0 if slides else 1.0)) < 1e-6 for slides, axis in axes):
+        if moves_parallel(mechanism, poses, view[2]):
             return _upright(mechanism, view)
     return ISOMETRIC
+
+
+def moves_parallel(mechanism: Mechanism, poses: Floats, normal: Floats) -> bool:
+    """Return whether the joints let bodies move along a plane alone, given by its normal."""
+    at = {body.name: k for k, body in enumerate(mechanism.bodies)}
+    for joint in mechanism.joints:
+        if joint.quaternion:
+            return False
+        for motion in joint.chain if joint.nv else ():
+            # along the normal a slide has no component, an axis of rotation nothing else
+            along = abs(float(poses[at[joint.child], :3, :3] @ motion.axis @ normal))
+            if abs(along - (0.0 if motion.kind == "slide" else 1.0)) >= 1e-6:
+                return False
+    return True
+
+
+def list_branch(mechanism: Mechanism, body: str) -> list[str]:
+    """Return a body and all bodies that it carries."""
+    names = [body]
+    for joint in mechanism.tree:
+        if joint.parent in names:
+            names.append(joint.child)
+    return names
+
+
+def cord_stretches(
+    mechanism: Mechanism, reference: Reference, q: Floats, v: Floats, t: Any
+) -> Iterator[tuple[Floats, Floats]]:
+    """Yield both ends of each stretch of cords, from where it leaves one thing to the next [m]."""
+    names = {name for element in mechanism.elements for name in element.tensions}
+    actions = reference.guide_actions(q, v, t) if names else ()
+    ends = [action.point for action in actions if action.name in names]
+    yield from zip(ends[::2], ends[1::2], strict=True)
 
 
 def _upright(mechanism: Mechanism, view: Floats) -> Floats:
@@ -269,13 +295,9 @@ def _bar(solid: Outline, camera: Camera) -> Iterator[Mark]:
         yield Circle((a + b) / 2, half, "bar")
         return
     side = across(unit(b - a))
-    base = math.atan2(side[1], side[0])
     # a bar ends in half circles, as if cut from a strip
-    turn = np.linspace(0.0, math.pi, 9)
-    caps = []
-    for end, start in ((b, base), (a, base + math.pi)):
-        caps.append(end + half * np.stack([np.cos(start + turn), np.sin(start + turn)], axis=1))
-    yield Stroke(np.concatenate(caps), "bar", closed=True)
+    cap = half * directions(math.atan2(side[1], side[0]) + np.linspace(0.0, math.pi, 9))
+    yield Stroke(np.concatenate([b + cap, a - cap]), "bar", closed=True)
 
 
 def _cylinder(solid: Outline, camera: Camera) -> Iterator[Mark]:

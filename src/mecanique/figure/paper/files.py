@@ -172,17 +172,18 @@ def _typeset(words: Words, place: Callable[[Any], Point]) -> str:
     return f"\\put({_pair(at, ',')}){{\\makebox(0,0){side}{{{inner}}}}}"
 
 
-def _tex_sign(sign: str) -> str:
-    """Return a character for mathematics in LaTeX."""
+def _math_sign(sign: str) -> str:
+    """Return a character, taken literally, for mathematics in LaTeX and in matplotlib."""
     if sign in "\\$%#&_{}^~":
         return {"\\": "/", "^": "", "~": ""}.get(sign, f"\\{sign}")
-    known = {" ": "\\ ", "\u2009": "\\,", "−": "-", "²": "^2", "³": "^3"}
-    if sign in known:
-        return known[sign]
-    names = [name for name, greek in GREEK.items() if greek == sign]
-    if names:
-        return f"\\{names[0]} "
-    return sign if sign.isascii() else ""
+    return {" ": "\\ ", "\u2009": "\\,"}.get(sign, sign)
+
+
+def _tex_sign(sign: str) -> str:
+    """Return a character for mathematics in LaTeX, which knows letters of ASCII alone."""
+    known = {greek: f"\\{name} " for name, greek in reversed(GREEK.items())}
+    known |= {"−": "-", "²": "^2", "³": "^3", "\u2009": "\\,"}
+    return known.get(sign, _math_sign(sign) if sign.isascii() else "")
 
 
 def _rgb(color: str) -> str:
@@ -256,21 +257,14 @@ def raster(marks: Sequence[Mark], form: str) -> bytes:
 
 
 def _text(words: Words) -> str:
-    """Write text with matplotlib's mathtext, with every character taken literally."""
+    """Write text with matplotlib's mathtext."""
     written, formula = "", ""
     for text, how in words.parts:
         if _SENTENCE.search(text):
             sentence = text.replace("\\", "/").replace("$", "\\$")
             written, formula = f"{written}${formula}${sentence}" if formula else sentence, ""
             continue
-        plain = "".join(f"\\{sign}" if sign in "\\$%#&_{}^~" else sign for sign in text)
-        plain = (
-            plain.replace("\\\\", "/")
-            .replace("\\^", "")
-            .replace("\\~", "")
-            .replace(" ", "\\ ")
-            .replace("\u2009", "\\,")
-        )
+        plain = "".join(map(_math_sign, text))
         if how == "below":
             formula += f"_{{\\mathrm{{{plain}}}}}"
         else:

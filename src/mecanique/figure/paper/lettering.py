@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, Words
+from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, Words, directions
 
 FARTHEST = 36.0
 """The farthest that a letter may move [pt]."""
@@ -87,8 +87,7 @@ def _best(
     radii = [radius for radius in radii if _MOVE * radius < cost]  # any farther costs more
     if not radii:
         return np.zeros(2)
-    angles = np.arange(_WAYS) * 2 * np.pi / _WAYS
-    ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    ring = directions(np.arange(_WAYS) * 2 * np.pi / _WAYS)
     rings = [radius * ring for radius in radii]
     moves = np.concatenate([np.zeros((1, 2)), *rings])
     # lines that no box can reach cost nothing
@@ -141,8 +140,7 @@ def _lines(marks: Sequence[Mark]) -> tuple[NDArray[np.float64], NDArray[np.float
     """A figure's lines as segments, shape (n, 2, 2), and the cost of crossing them, shape (n,)."""
     pieces: list[NDArray[np.float64]] = [np.empty((0, 2, 2))]
     weights: list[NDArray[np.float64]] = [np.empty(0)]
-    turn = np.linspace(0.0, 2 * np.pi, 25)
-    circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    circle = directions(np.linspace(0.0, 2 * np.pi, 25))
     for mark in marks:
         if isinstance(mark, Words):
             continue

@@ -154,6 +154,16 @@ def across(direction: Point) -> Point:
     return np.array([direction[1], -direction[0]])
 
 
+def downward(direction: Point) -> Point:
+    """Return a direction or its opposite, whichever points down on paper."""
+    return direction if direction[1] > 0 else -direction
+
+
+def directions(angles: NDArray[np.float64]) -> Point:
+    """Return the directions at some angles on paper, y downwards, shape (n, 2)."""
+    return np.stack([np.cos(angles), np.sin(angles)], axis=1)
+
+
 def label(at: Point, text: str, away: Point, gap: float = 11.0, style: str = "letter") -> Words:
     """Return a label beside a point, on the given side."""
     parts, side = rich(text), unit(away)
@@ -196,6 +206,18 @@ def arc(points: Point, style: str, head: bool = True) -> Iterator[Mark]:
     yield arrow_head(points[-1], unit(points[-1] - back), size, style)
 
 
+def named_arrow(
+    tail: Point, tip: Point, name: str, style: str, side: Point | None = None, gap: float = 5.0
+) -> Iterator[Mark]:
+    """Yield a straight arrow with its name: beyond its tip, or on a side of its middle."""
+    yield from arrow(tail, tip, style)
+    letter = "name" if style == "thin" else f"{style}-letter"
+    if side is None:
+        yield label(tip, name, tip - tail, gap, letter)
+    else:
+        yield label((tail + tip) / 2, name, side, gap, letter)
+
+
 def dimension(a: Point, b: Point, text: str, offset: float) -> Iterator[Mark]:
     """Yield a dimension line beside two points, with its witness lines and a label."""
     side = across(unit(b - a)) * math.copysign(1.0, offset)
@@ -210,8 +232,7 @@ def center_of_mass(at: Point, radius: float = 5.0) -> Iterator[Mark]:
     """Yield the sign of a center of mass: a disk with two black quarters."""
     yield Circle(at, radius, "pin")
     for start in (0.0, math.pi):
-        turn = start + np.linspace(0.0, math.pi / 2, 9)
-        rim = at + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        rim = at + radius * directions(start + np.linspace(0.0, math.pi / 2, 9))
         yield Stroke(np.concatenate([at[None], rim]), "letter", closed=True)
 
 
@@ -251,8 +272,7 @@ def spiral(at: Point, start: float) -> Iterator[Mark]:
     """Yield a rotational spring about a point."""
     turns = np.linspace(0.0, 3.6 * math.pi, 90)
     radius = 5.0 + 1.15 * turns
-    points = at + radius[:, None] * np.stack([np.cos(start + turns), np.sin(start + turns)], axis=1)
-    yield Stroke(points, "spring")
+    yield Stroke(at + radius[:, None] * directions(start + turns), "spring")
 
 
 def hatch(a: Point, b: Point, into: Point | None = None, depth: float = 8.0) -> Iterator[Mark]:

@@ -67,6 +67,12 @@ class Actions:
         for load in self._reference.applied(q, v, t):
             yield _act(load, self._kinds[load.name])
 
+    def all(self, t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> Iterator[Action]:
+        """Yield what is applied, then reactions, then d'Alembert's forces."""
+        yield from self.applied(t, q, v)
+        yield from self.reactions(t, q, v)
+        yield from self.inertia(t, q, v, a)
+
     def reactions(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> Iterator[Action]:
         """Yield the wrenches of joints on child and parent, of loops and elements on both bodies.
 

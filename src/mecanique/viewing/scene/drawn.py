@@ -9,6 +9,7 @@ from typing import Protocol, TypeVar, final
 
 import numpy as np
 
+from mecanique.figure.solids import list_branch
 from mecanique.model.bodies.visuals import Cylinder, Mesh, Visual, measure
 from mecanique.model.constraint_base import Strung, list_cord_runs
 from mecanique.model.expression import Scalar, Vector
@@ -107,9 +108,7 @@ def _foot(mechanism: Mechanism, joint: Joint, poses: np.ndarray) -> tuple[float,
     ground = mechanism.ground
     if not pinned or joint.parent != ground or mechanism.body(ground).visuals:
         return ()
-    carried = {joint.child}
-    for later in mechanism.tree:
-        carried |= {later.child} if later.parent in carried else set()
+    carried = list_branch(mechanism, joint.child)
     numbered = [(k, body) for k, body in enumerate(mechanism.bodies) if body.name in carried]
     centers = [(poses[k] @ (*mechanism.evaluate_all(body.center), 1.0))[2] for k, body in numbered]
     seat = mechanism.evaluate_all(joint.origin.xyz)

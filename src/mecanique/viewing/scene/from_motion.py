@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from mecanique.figure.solids import FRONT, cord_stretches, moves_parallel
 from mecanique.model.constraint_base import Striking
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import per_second, units
@@ -145,7 +146,7 @@ def scene_of(
         joints=marks_of(mechanism, poses.mean(axis=0)),
         series=curves_of(motion),
         document=SceneText() if document is None else document,
-        planar=_planar(poses) and _stays_planar(mechanism, poses[0], at),
+        planar=_planar(poses) and moves_parallel(mechanism, poses[0], FRONT[2]),
         breaks=tuple(_breaks(motion)),
         modes=tuple(_strips(motion)),
     )
@@ -184,13 +185,7 @@ def actions_of(motion: Motion) -> tuple[Action, ...]:
     mechanism: Mechanism = motion.mechanism
     if 2 * len(mechanism.joints) + len(mechanism.forces) + 2 * len(mechanism.bodies) > MOST_ARROWS:
         return ()
-    acting = Actions(mechanism, motion.reference)
-    t, q, v = motion.t, motion.q, motion.v
-    every = (
-        *acting.applied(t, q, v),
-        *acting.reactions(t, q, v),
-        *acting.inertia(t, q, v, motion.a),
-    )
+    every = Actions(mechanism, motion.reference).all(motion.t, motion.q, motion.v, motion.a)
     return tuple(action for action in every if action.body != mechanism.ground)
 
 
@@ -200,19 +195,6 @@ def _planar(poses: Floats) -> bool:
     sideways = float(np.ptp(poses[:, :, 1, 3], axis=0).max(initial=0.0))
     turned = float(np.ptp(poses[:, :, :3, 1], axis=0).max(initial=0.0))
     return sideways < 1e-9 * scale and turned < 1e-9
-
-
-def _stays_planar(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> bool:
-    """Whether the joints keep everything in the x-z plane, however the motion continues."""
-    for joint in mechanism.joints:
-        if joint.quaternion:
-            return False
-        for motion in joint.chain if joint.nv else ():
-            # along y a slide has no component, an axis of rotation nothing else
-            along = abs(float(poses[at[joint.child], 1, :3] @ motion.axis))
-            if abs(along - (0.0 if motion.kind == "slide" else 1.0)) > 1e-9:
-                return False
-    return True
 
 
 def _arrows(actions: Sequence[Action]) -> Iterator[Arrow]:
@@ -243,10 +225,8 @@ def _follow(mechanism: Mechanism, poses: Floats, at: dict[str, int], end: Spot) 
 
 def _cords(motion: Motion) -> Iterator[DrawnLine]:
     """The stretches of cords, from one touch to the next."""
-    names = {name for element in motion.mechanism.elements for name in element.tensions}
-    actions = motion.reference.guide_actions(motion.q, motion.v, motion.t) if names else ()
-    points = [action.point for action in actions if action.name in names]
-    for k, ends in enumerate(zip(points[::2], points[1::2], strict=True)):
+    state = motion.q, motion.v, motion.t
+    for k, ends in enumerate(cord_stretches(motion.mechanism, motion.reference, *state)):
         yield DrawnLine(f"stretch {k + 1}", "rod", np.stack(ends, axis=1))
 
 
