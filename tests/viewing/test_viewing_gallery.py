@@ -13,7 +13,7 @@ from viewing_browser import Visit
 
 import mecanique as mq
 from mecanique.errors import UnknownNameError
-from mecanique.viewing.gallery import Card, gallery, index, picture_of, pictures
+from mecanique.viewing.gallery import Card, _count_freedom, gallery, index, picture_of, pictures
 
 KEPT = Path(__file__).parents[2] / "examples" / "pictures"
 NUMBER = re.compile(r"-?\d+\.?\d*")
@@ -106,3 +106,8 @@ def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UnknownNameError, match="pendulum"):
         gallery(tmp_path / "new", ["pendulun"])
     assert not (tmp_path / "new").exists()
+
+
+def test_freedom_is_counted_where_loops_are_closed() -> None:
+    # its default start names three of five angles, and leaves a loop open
+    assert [_count_freedom(name) for name in ("chained_four_bars", "rolling_coin")] == [1, 3]

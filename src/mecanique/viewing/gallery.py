@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -19,7 +18,7 @@ from mecanique.reference import degrees_of_freedom
 from mecanique.textbook import entry, load, names
 from mecanique.textbook.system import System
 from mecanique.viewing.page.page import policy
-from mecanique.viewing.page.panels import fill, read_asset
+from mecanique.viewing.page.panels import encode, fill, read_asset
 from mecanique.viewing.show import export
 from mecanique.wording import say_count
 
@@ -99,10 +98,10 @@ def picture_of(name: str, *, small: bool = False) -> str:
 def _count_freedom(name: str) -> int | None:
     """Degrees of freedom of a system at the start of its motion."""
     mechanism, system = load(name), entry(name)
-    if not (mechanism.constrained or mechanism.rolls):
+    if not mechanism.constrained:
         return mechanism.nv
     with suppress(MecaniqueError):
-        return degrees_of_freedom(mechanism, mechanism.position(dict(system.start))).N
+        return degrees_of_freedom(mechanism, system.start).N
     return None
 
 
@@ -138,8 +137,7 @@ def index(cards: Sequence[Card]) -> str:
 
 
 def _card(card: Card) -> str:
-    data = base64.b64encode(card.picture.encode()).decode()
-    image = f'<img src="data:image/svg+xml;base64,{data}" alt="">' if card.picture else ""
+    image = f'<img src="{encode(card.picture)}" alt="">' if card.picture else ""
     words = f"<h2>{escape(card.name.replace('_', ' '))}</h2><p>{escape(card.title)}</p>"
     tags = "".join(f"<li>{escape(tag)}</li>" for tag in card.tags)
     freedom = "" if card.freedom is None else card.freedom

@@ -163,7 +163,6 @@ class Server:
         self._frame: tuple[float, bytes] = (0.0, b"")
         self._passed: deque[tuple[int, bytes]] = deque(maxlen=_MOST_PASSED)
         self._number = 0
-        self._due = False
         self._lock = threading.Lock()
         self._loop = asyncio.new_event_loop()
         self._closed = False
@@ -203,7 +202,7 @@ class Server:
                 self._passed.clear()
             self._frame, self._number = (t, row), self._number + 1
             self._passed.append((self._number, points))
-        self._wake()
+        self._call(self._flush)
 
     def note(self, notes: dict[str, str]) -> None:
         """Send notes on the scene to every page, including those opened later."""
@@ -247,12 +246,6 @@ class Server:
         head = struct.pack("<IId", number & 0xFFFFFFFF, len(passed) // 4, t)
         return number, head + row + passed if row else None
 
-    def _wake(self) -> None:
-        with self._lock:
-            asked, self._due = self._due, True
-        if not asked:
-            self._call(self._flush)
-
     def _call(self, function: Callable[..., None], *arguments: Any) -> None:
         if not self._closed:
             self._loop.call_soon_threadsafe(function, *arguments)
@@ -262,8 +255,6 @@ class Server:
             client.transmit(text)
 
     def _flush(self) -> None:
-        with self._lock:
-            self._due = False
         for client in list(self.clients):
             client.catch_up()
 
@@ -444,7 +435,6 @@ class PacedClock:
         self._shown = start
         self._wall = time.monotonic()
         self._rate = controls.rate
-        self._due = self._wall
 
     def now(self) -> float:
         """Return the time to be shown now [s]."""
@@ -463,12 +453,6 @@ class PacedClock:
     def until(self, t: float) -> float:
         """Return how long until a time is shown [s of wall time]; a frame's time while paused."""
         return max(0.0, (t - self.now()) / self._rate) if self._rate > 0 else FRAME
-
-    def rest(self, period: float) -> None:
-        """Sleep until the next picture is due, on a grid that does not drift."""
-        wall = time.monotonic()
-        self._due = max(self._due + period, wall)
-        self._controls.rest(self._due - wall)
 
 
 Changes: TypeAlias = Mapping[tuple[str, str], float]

@@ -229,36 +229,23 @@ class _EnoughError(Exception):
     """The motion computed so far is to be shown first."""
 
 
-class Still:
-    """A scene at rest, as a live view shows it."""
+class Shown:
+    """A scene as a live view shows it; equations and verdict of what moves arrive meanwhile."""
 
-    def __init__(self, scene: Scene) -> None:
+    _checking: Checking | None = None
+
+    def __init__(self, scene: Scene, mechanism: Mechanism | None = None) -> None:
         self.scene = scene
+        self._mechanism = mechanism  # None at rest
 
     def check(self, live: LiveView) -> None:
-        """Begin to derive and compare what moves, in the background."""
+        """Derive and compare what moves, unless this has already begun."""
+        if self._mechanism is not None and self._checking is None:
+            self._checking = Checking(self._mechanism, live.annotate, self._prove)
 
     def frames(self, live: LiveView, changes: Changes) -> Iterable[SceneFrame]:
         """Return what a server sends to its pages: nothing if they move by themselves."""
         return ()
-
-    def close(self) -> None:
-        """Cancel what goes on in the background."""
-
-
-class _Checked(Still):
-    """A mechanism whose equations and verdict arrive while it moves."""
-
-    _checking: Checking | None = None
-
-    def __init__(self, scene: Scene, mechanism: Mechanism) -> None:
-        super().__init__(scene)
-        self._mechanism = mechanism
-
-    def check(self, live: LiveView) -> None:
-        """Derive and compare what moves, unless this has already begun."""
-        if self._checking is None:
-            self._checking = Checking(self._mechanism, live.annotate, self._prove)
 
     def close(self) -> None:
         """Cancel the derivation in progress."""
@@ -275,7 +262,7 @@ MOST_AHEAD = 8
 
 
 @final
-class Streamed(_Checked):
+class Streamed(Shown):
     """What moves from its start, computed as it is shown; or a motion, till values change."""
 
     def __init__(
@@ -340,7 +327,7 @@ class Streamed(_Checked):
 
     def _begin(self, live: LiveView, mechanism: Mechanism, complete: Scene) -> Scene:
         """The start of a motion as the view shows it; with other parameters it is another scene."""
-        if mechanism.values == self._mechanism.values:
+        if self._mechanism is not None and mechanism.values == self._mechanism.values:
             shown = self._go_on(live, complete)
         else:
             self._mechanism, self._names = mechanism, names_of(complete)
@@ -393,7 +380,7 @@ SHOWN = 10.0
 
 
 @final
-class Computed(_Checked):
+class Computed(Shown):
     """A motion with the engine of its page."""
 
     def __init__(
@@ -493,7 +480,7 @@ def view(
             f"expected a Motion, as simulate returns it, or a Mechanism, got {type(shown).__name__}"
         )
     end = float("inf") if duration is None else duration
-    showing: Still
+    showing: Shown
     try:
         showing = Computed(shown, q, v, end, rtol, speed)
     except MecaniqueError:  # no page computes it; it says itself why nothing moves
@@ -501,7 +488,7 @@ def view(
     _show(showing, port, open_browser, speed)
 
 
-def _show(showing: Still, port: int, open_browser: bool, speed: float = 1.0) -> None:
+def _show(showing: Shown, port: int, open_browser: bool, speed: float = 1.0) -> None:
     """Serve a page until Ctrl-C."""
     with LiveView(showing.scene, port=port, open_browser=open_browser) as live:
         try:
@@ -546,7 +533,7 @@ def inspect(
         findings = _lint(mechanism)
     start = None if q is None else mechanism.position(q)
     scene = scene_at_rest(mechanism, inspection_of(mechanism, findings, start))
-    _show(Still(scene), port, open_browser)
+    _show(Shown(scene), port, open_browser)
 
 
 def _lint(mechanism: Mechanism) -> tuple[Finding, ...]:

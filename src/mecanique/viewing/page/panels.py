@@ -21,7 +21,6 @@ from mecanique.viewing.scene.inspection import Inspection, Note, Slider
 from mecanique.viewing.scene.scene import (
     DerivationStep,
     Knob,
-    PageProgram,
     Scene,
     SceneText,
     ShownDerivation,
@@ -44,6 +43,26 @@ def _fragment(name: str, **parts: str) -> str:
     # a line break would be a space on the page
     html = read_asset(f"fragments/{name}.html").replace("\n", "")
     return fill(html, parts)
+
+
+def _table(rows: str, head: str = "", kind: str = "") -> str:
+    """A table that scrolls where it is too wide for the panel."""
+    named = f' class="{kind}"' if kind else ""
+    top = f"<thead><tr>{head}</tr></thead>" if head else ""
+    return f'<div class="scroll"><table{named}>{top}<tbody>{rows}</tbody></table></div>'
+
+
+def _notes(texts: Iterable[str]) -> str:
+    """Sentences in small print."""
+    return "".join(f'<p class="note">{escape(text)}</p>' for text in texts if text)
+
+
+def _part(title: str, inner: str, kind: str = "", *, opened: bool = True) -> str:
+    """Part of a panel that can be folded."""
+    return (
+        f'<details class="part{kind}"{" open" if opened else ""}><summary>{title}</summary>{inner}'
+        "</details>"
+    )
 
 
 def fill(template: str, parts: Mapping[str, str]) -> str:
@@ -104,9 +123,7 @@ def late(scene: Scene) -> dict[str, str]:
 
 def _forces(scene: Scene) -> str:
     hint = "No force acts on this body." if scene.arrows else "This scene has no forces."
-    undetermined = scene.document.undetermined
-    notes = "".join(f'<p class="note">{escape(note)}</p>' for note in undetermined)
-    return _fragment("forces", hint=hint, notes=notes)
+    return _fragment("forces", hint=hint, notes=_notes(scene.document.undetermined))
 
 
 def _energy(scene: Scene) -> str:
@@ -148,11 +165,9 @@ def _verdict(scene: Scene) -> str:
     for row in verdict.rows:
         cells = "".join(f'<td class="words">{safe(cell)}</td>' for cell in row)
         body += f"<tr>{cells}</tr>"
-    inner = f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
-    table = f'<div class="scroll"><table>{inner}</table></div>'
-    notes = "".join(f'<p class="note">{escape(note)}</p>' for note in verdict.notes)
+    table = _table(body, head) if verdict.rows else ""
     return (
-        f"<p><strong>{escape(verdict.headline)}</strong></p>{table if verdict.rows else ''}{notes}"
+        f"<p><strong>{escape(verdict.headline)}</strong></p>{table}{_notes(verdict.notes)}"
         f"{_proof(verdict)}"
     )
 
@@ -237,7 +252,7 @@ def write_equations(document: SceneText) -> str:
     parts += [_figure(document), _symbols(document)]
     parts += [_derivation(derivation) for derivation in document.derivations]
     if document.source and document.source not in document.about:
-        parts.append(f'<p class="note">Source: {escape(document.source)}</p>')
+        parts.append(_notes([f"Source: {document.source}"]))
     return "".join(parts)
 
 
@@ -268,12 +283,13 @@ _LISTED = (
 def _figure(document: SceneText) -> str:
     if not document.figure:
         return ""
-    data = base64.b64encode(document.figure.encode()).decode()
-    return (
-        '<details class="part" open><summary>Figure</summary><img class="figure"'
-        f' alt="Line figure: {escape(document.subtitle)}" src="data:image/svg+xml;base64,{data}">'
-        "</details>"
-    )
+    about = f"Line figure: {escape(document.subtitle)}"
+    return _part("Figure", f'<img class="figure" alt="{about}" src="{encode(document.figure)}">')
+
+
+def encode(figure: str) -> str:
+    """Return a figure in SVG as the address of an image."""
+    return f"data:image/svg+xml;base64,{base64.b64encode(figure.encode()).decode()}"
 
 
 def _symbols(document: SceneText) -> str:
@@ -283,10 +299,7 @@ def _symbols(document: SceneText) -> str:
         f'<tr><th scope="row">{safe(symbol)}</th><td class="words">{escape(meaning)}</td></tr>'
         for symbol, meaning in document.symbols
     )
-    return (
-        '<details class="part" open><summary>Symbols</summary>'
-        f'<div class="scroll"><table class="symbols"><tbody>{rows}</tbody></table></div></details>'
-    )
+    return _part("Symbols", _table(rows, kind="symbols"))
 
 
 def _derivation(derivation: ShownDerivation) -> str:
@@ -297,11 +310,8 @@ def _derivation(derivation: ShownDerivation) -> str:
     steps = '<button type="button" data-steps>Step by step</button>'
     if len(derivation.blocks) < _FEW_STEPS:
         steps = ""
-    opened = "" if any(block.final for block in derivation.blocks) else " open"
-    return (
-        f'<details class="part derivation"{opened}><summary>{title}</summary>'
-        f'<div class="bar">{steps}</div>{blocks}</details>'
-    )
+    opened = not any(block.final for block in derivation.blocks)
+    return _part(title, f'<div class="bar">{steps}</div>{blocks}', " derivation", opened=opened)
 
 
 _FEW_STEPS = 3
@@ -326,31 +336,24 @@ def write_parameters(scene: Scene, live: bool) -> str:
     """Return the panel: fields where the page or a server computes, numbers elsewhere."""
     document = scene.document
     parts = [_fragment("setup")] if scene.engine else []
-    if document.method:
-        parts.append(f'<p class="note">Recorded: {escape(document.method)}.</p>')
-    if document.recorded:
-        parts.append(f'<p class="note">{escape(document.recorded)}</p>')
+    parts.append(_notes([document.method and f"Recorded: {document.method}.", document.recorded]))
     for title, kind, quantities in (
         ("Parameters", "parameter", document.parameters),
         ("Initial values", "initial", document.initial),
     ):
         if quantities:
             parts.append(f"<h3>{title}</h3>{_quantities(scene, kind, quantities, live)}")
-    if scene.engine:
-        parts += [_integration(scene.engine), _fragment("beside")]
-        parts += [] if scene.engine.switching else [_fragment("modes")]
+    if engine := scene.engine:
+        duration = _field("duration", "", engine.duration, "s")
+        rtol = _field("rtol", "", engine.rtol)
+        parts += [_fragment("integration", duration=duration, rtol=rtol), _fragment("beside")]
+        parts += [] if engine.switching else [_fragment("modes")]
     if document.freedom:
         parts.append(
             "<h3>Degrees of freedom</h3>"
             + "".join(f"<p>{safe(freedom)}</p>" for freedom in document.freedom)
         )
     return "".join(parts)
-
-
-def _integration(engine: PageProgram) -> str:
-    """The fields of the integration, and what is known of its accuracy."""
-    duration, rtol = _field("duration", "", engine.duration, "s"), _field("rtol", "", engine.rtol)
-    return _fragment("integration", duration=duration, rtol=rtol)
 
 
 def _field(kind: str, name: str, value: float, unit: str = "") -> str:
@@ -363,9 +366,9 @@ def _field(kind: str, name: str, value: float, unit: str = "") -> str:
 
 def _quantities(scene: Scene, kind: str, quantities: Iterable[Knob], live: bool) -> str:
     rows = []
-    known: tuple[str, ...] = ()
-    if scene.engine:
-        known = (*scene.engine.parameters, *scene.engine.coordinates, *scene.engine.velocities)
+    known: set[str] = set()
+    if engine := scene.engine:
+        known = {*engine.parameters, *engine.coordinates, *engine.velocities}
     for quantity in quantities:
         settable, name = quantity.name in known, escape(quantity.name)
         value = f"<output>{quantity.value:.6g}</output>"
@@ -385,12 +388,9 @@ def _quantities(scene: Scene, kind: str, quantities: Iterable[Knob], live: bool)
         rows.append(f'<tr><th scope="row">{safe(quantity.symbol)}</th>{cells}</tr>')
     head = (
         '<th scope="col">Symbol</th><th scope="col" class="number">Value</th>'
-        '<th scope="col">Unit</th>'
+        '<th scope="col">Unit</th><th scope="col">Meaning</th>'
     )
-    return (
-        f'<div class="scroll"><table><thead><tr>{head}<th scope="col">Meaning</th></tr></thead>'
-        f"<tbody>{''.join(rows)}</tbody></table></div>"
-    )
+    return _table("".join(rows), head)
 
 
 _NOTHING = "<p>Nothing was found to be wrong with it.</p>"
