@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -8,12 +9,14 @@ import pytest
 
 import mecanique as mq
 from mecanique.model.states import States
-from mecanique.motion.analysis.momentum import momenta_along
+from mecanique.motion.analysis.momentum import momenta_along, momentum_balances
+from mecanique.motion.compile.along import StateLaw
 from mecanique.motion.compile.cache import compile_once
 from mecanique.motion.compile.program import RatesProgram
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.quadrature import integral
 from mecanique.motion.record.rates import Rates
+from mecanique.motion.trajectory import at_steps
 from mecanique.reference import Reference
 from mecanique.reference.engine.answers import Energy, Momentum
 
@@ -61,10 +64,10 @@ def test_programs_answer_as_the_reference(monkeypatch: pytest.MonkeyPatch) -> No
 def test_a_program_that_disagrees_along_the_motion_is_not_asked() -> None:
     motion = linkage()
     code = compile_once(motion.mechanism)
-    program = code.accelerations
+    program = code.along()
     assert isinstance(program, RatesProgram)
     wrong = program.tape.multiply(program.rates[-1], 1.0 + 1e-6)
-    code.__dict__["accelerations"] = replace(program, rates=(*program.rates[:-1], wrong))
+    code._along[""] = replace(program, rates=(*program.rates[:-1], wrong))
     states = States.of(motion.mechanism, motion.q, motion.v, motion.t)
     np.testing.assert_array_equal(motion.a, motion.reference.quick_accelerations(states))
     assert motion.audit().ok
@@ -151,3 +154,99 @@ def test_sums_that_the_reference_does_not_uphold_are_not_used(
     np.testing.assert_array_equal(found, reference.energy(*states))
     right = reference.momentum(motion.q, motion.v, motion.t)
     np.testing.assert_array_equal(momenta_along(motion), np.hstack(right))
+
+
+def roll(name: str, duration: float, samples: int) -> mq.Motion:
+    """Return a motion of a system of the catalogue from its own start."""
+    system, mechanism = mq.textbook.entry(name), mq.textbook.load(name)
+    q, v = system.start, system.start_velocity
+    return mq.simulate(mechanism, q=q, v=v, duration=duration, samples=samples)
+
+
+@pytest.mark.parametrize("name", ["kepler_orbit", "four_bar_linkage", "rolling_coin"])
+def test_points_and_velocities_of_many_samples_are_the_references(name: str) -> None:
+    motion = roll(name, 1.0, 2500)
+    body, some = motion.mechanism.bodies[-1].name, slice(None, None, 40)
+    t, q, v, a = motion.t[some], motion.q[some], motion.v[some], motion.a[some]
+    right = motion.reference.point(body, (0.1, -0.2, 0.3), q, v, a, t)
+    for part, expected in zip(motion.point(body, (0.1, -0.2, 0.3)), right, strict=True):
+        size = np.abs(expected).max()
+        np.testing.assert_allclose(part[some], expected, rtol=0, atol=1e-12 * size)
+    twist = motion.reference.velocity(body, q, v, t)
+    for part, expected in zip(motion.velocity(body), twist, strict=True):
+        np.testing.assert_allclose(part[some], expected, rtol=0, atol=1e-12 * np.abs(v).max())
+
+
+@pytest.mark.parametrize("name", ["rolling_coin", "chaplygin_sleigh", "whipple_bicycle"])
+def test_reactions_of_many_samples_are_the_references_where_it_rolls(name: str) -> None:
+    motion = roll(name, 0.5, 500)
+    right = motion.reference.reactions(motion.q, motion.v, motion.t)
+    largest = max(np.abs(wrench.force).max() for wrench in right.values())
+    for joint, wrench in right.items():
+        told = motion.reactions(joint)
+        np.testing.assert_allclose(told.force, wrench.force, rtol=0, atol=1e-10 * largest)
+        np.testing.assert_allclose(told.moment, wrench.moment, rtol=0, atol=1e-10 * largest)
+
+
+def test_tensions_of_many_samples_are_the_references() -> None:
+    motion = roll("swinging_atwood_machine", 0.5, 500)
+    right = motion.reference.guide_forces(motion.q, motion.v, motion.t)
+    for name, tension in motion.guide_forces().items():
+        np.testing.assert_allclose(tension, right[name], rtol=1e-10, atol=0)
+
+
+def test_forces_that_elements_share_stay_undetermined() -> None:
+    motion = roll("two_wheeled_cart", 0.5, 500)
+    multipliers = StateLaw(motion.mechanism, motion.reference).multipliers(
+        motion.t, motion.q, motion.v
+    )
+    unknown = {name for name, values in multipliers.items() if np.isnan(values).all()}
+    assert unknown == {"left_contact: y", "right_contact: y"}
+
+
+@pytest.mark.parametrize(
+    ("name", "duration", "samples"),
+    [("four_bar_linkage", 60.0, 4000), ("rolling_coin", 30.0, 4000), ("kepler_orbit", 600.0, 2)],
+)
+def test_questions_ask_the_reference_in_a_bounded_number_of_states(
+    name: str, duration: float, samples: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However long a motion is: an audit took six states of each step, a point each sample."""
+    motion = roll(name, duration, samples)
+    body, joint = motion.mechanism.bodies[-1].name, motion.mechanism.joints[0].name
+    asked: list[int] = []
+    answer = Reference._answer
+
+    def ask(self: Reference, states: States, *rest: Any, **named: Any) -> Any:
+        asked.append(len(states.q))
+        return answer(self, states, *rest, **named)
+
+    monkeypatch.setattr(Reference, "_answer", ask)
+    questions: dict[str, Callable[[], object]] = {
+        "point": lambda: motion.point(body),
+        "velocity": lambda: motion.velocity(body),
+        "poses": motion.poses,
+        "energy": motion.energy,
+        "reactions": lambda: motion.reactions(joint),
+        "audit": motion.audit,
+        "summary": motion.summary,
+    }
+    most = {}
+    for question, ask_it in questions.items():
+        asked.clear()
+        ask_it()
+        most[question] = sum(asked)
+    assert max(most.values()) <= 2000, most
+
+
+def test_the_momentum_of_a_long_motion_is_balanced_in_stretches() -> None:
+    """Of 1,000 steps, and found broken in each if the mechanism is another."""
+    motion = roll("double_pendulum", 60.0, 2)
+    assert motion.statistics.steps > 2000
+    balances = momentum_balances(at_steps(motion))
+    assert all(len(balance.t) == 1005 for balance in balances)
+    assert all((np.linalg.norm(b.residual, axis=1) < 1e-8 * b.size).all() for b in balances)
+    heavier = replace(motion, mechanism=mq.textbook.load("double_pendulum", m1=2.0))
+    broken = momentum_balances(at_steps(heavier))[0]
+    relative = np.linalg.norm(broken.residual, axis=1) / broken.size
+    assert (relative.reshape(5, -1).max(axis=1) > 1e-3).all()

@@ -65,3 +65,31 @@ def test_the_peaks_of_several_quantities_are_found_together() -> None:
     np.testing.assert_allclose(most.values, [0.3, 0.3, 0.9], rtol=1e-9, atol=0)
     np.testing.assert_allclose(most.times[1:], [np.pi / 3, np.pi / 2], rtol=1e-4, atol=0)
     assert len(asked) == 8
+
+
+def test_a_coin_needs_the_same_friction_however_it_was_sampled() -> None:
+    """As its multipliers at 2,001 times have it; three samples tell 1.5 % too little."""
+    coin = mq.textbook.load("rolling_coin")
+    q, v = {"lean": 0.6, "z": 0.5 * np.cos(0.6)}, {"yaw": 0.5, "spin": -5.0}
+    dense, *motions = (
+        mq.simulate(coin, q=q, v=v, duration=1.0, samples=samples)
+        for samples in (20_001, 3, 10, 100, 1000)
+    )
+    forces = dense.reference.multipliers(dense.q[::10], dense.v[::10], dense.t[::10])
+    normal, along, across = forces.values()
+    truth = (np.hypot(along, across) / normal).max()
+    needs = [motion.audit().friction[0].coefficient for motion in motions]
+    np.testing.assert_allclose(needs, truth, rtol=1e-6, atol=0)
+    sampled = np.interp(motions[1].t, dense.t[::10], np.hypot(along, across) / normal).max()
+    assert sampled < 0.99 * truth, "its samples would tell too little"
+
+
+def test_the_energy_balance_of_a_summary_is_of_the_motion() -> None:
+    pendulum = mq.textbook.load("double_pendulum")
+    few, many = (
+        mq.simulate(pendulum, q={"q1": 2.0, "q2": 1.5}, duration=4.0, samples=samples)
+        for samples in (3, 1000)
+    )
+    told = [m.summary().partition("balance within")[2].splitlines()[0] for m in (few, many)]
+    assert told[0] == told[1]
+    assert 0.0 < float(told[0].split()[0]) < 1e-8

@@ -20,7 +20,7 @@ from mecanique.motion.analysis.energies import Energies, energies, losses
 from mecanique.motion.output.plot import plot
 from mecanique.motion.output.report import summary
 from mecanique.motion.output.storage import load, save, to_csv, to_frame, to_parquet
-from mecanique.motion.record.curve import Curve, State, Times
+from mecanique.motion.record.curve import Curve, Times
 from mecanique.motion.record.events import Event, ModeSpan, Occurrence, break_names
 from mecanique.motion.record.loops import Beginning, ClosedLoops, begin_on_loops
 from mecanique.motion.simulation.choice import COMPILED
@@ -47,7 +47,7 @@ from mecanique.motion.simulation.watching import (
     refuse_limit,
     report_end,
 )
-from mecanique.motion.trajectory import LaterCurve, Statistics, Trajectory
+from mecanique.motion.trajectory import Statistics, Trajectory
 from mecanique.notebook import draw
 from mecanique.threads import one_thread_for_loops
 
@@ -130,9 +130,9 @@ class Motion(Trajectory):
     def audit(self, *, refine: bool = False, accuracy: float = 1e-6) -> Audit:
         """Check the motion against the balances of energy and momentum.
 
-        It looks at the motion's own steps, at most 1,000 of them and between 100, so that what it
-        says does not depend on the samples. Forces on the whole are taken at six instants of each
-        step: after a motion in generated code that takes up to ten times as long as the motion.
+        It looks at the motion's own steps and between 100 of them, so that what it says does not
+        depend on the samples. Momenta are balanced over 1,000 steps at most: of a longer motion in
+        five stretches of 200, each from its own start.
 
         Args:
             refine: also integrate again with a smaller tolerance, to find until when the motion can
@@ -366,15 +366,13 @@ def simulate(
     course = integration.course()
     path, happened = course.path, course.events
     if break_names(mechanism):
-        path = path if isinstance(path, Curve) else path()
+        path = path if isinstance(path, Curve) else path.make()
         known = {event.name for event in events}
         breaks = find_breaks(reference, path)
         happened += tuple(end for end in breaks if end.name not in known)
-    if not isinstance(path, Curve):
-        path = LaterCurve(State(t0, start[: mechanism.nq], start[mechanism.nq :]), path)
     modes: tuple[ModeSpan, ...] = ()
     if corners is not None:
-        path = path if isinstance(path, Curve) else path()
+        path = path if isinstance(path, Curve) else path.make()
         # an impact at the start is over when the motion begins
         happened += tuple(replace(event, v=event.after) for event in started)
         modes = corners.spans(float(path.t[-1]))

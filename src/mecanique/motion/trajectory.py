@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
@@ -14,9 +14,10 @@ from mecanique.errors import UnknownNameError
 from mecanique.model.free_bodies import FloatingState, floating_state
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.compile.along import StateLaw, StateSums
-from mecanique.motion.record.curve import Curve, State, Times
+from mecanique.motion.record.curve import Curve, LaterCurve, State, Times
 from mecanique.motion.record.events import Event, ModeSpan, Occurrence, Switches, break_names
 from mecanique.motion.record.loops import ClosedLoops
+from mecanique.motion.record.rates import Rates
 from mecanique.wording import say_count
 
 if TYPE_CHECKING:
@@ -50,19 +51,6 @@ _MARKS = ("", "'", "''")
 """What a coordinate's name is followed by for itself, its rate and its second rate."""
 
 
-@final
-@dataclass(frozen=True)
-class LaterCurve:
-    """A motion as a function of time that is made when it is asked for."""
-
-    start: State
-    make: Callable[[], Curve]
-
-    def __call__(self) -> Curve:
-        """Return the curve."""
-        return self.make()
-
-
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """The states of a mechanism by time, and what its reference says of them: what a `Motion` is.
@@ -74,7 +62,7 @@ class Trajectory:
     t: np.ndarray
     q: np.ndarray
     v: np.ndarray
-    path: Curve | Callable[[], Curve] = field(repr=False)
+    path: Curve | LaterCurve = field(repr=False)
     method: str
     statistics: Statistics
     events: tuple[Occurrence, ...] = ()
@@ -92,7 +80,7 @@ class Trajectory:
     @cached_property
     def curve(self) -> Curve:
         """The motion as a function of time."""
-        curve = self.path if isinstance(self.path, Curve) else self.path()
+        curve = self.path if isinstance(self.path, Curve) else self.path.make()
         for array in (curve.t, curve.q, curve.v, curve.a):
             array.flags.writeable = False
         return curve
@@ -169,15 +157,11 @@ class Trajectory:
             return self.reference.poses(state.q, state.t)
         from mecanique.motion.compile.derive import poses_of
 
-        count, bodies = len(state.q), len(self.mechanism.bodies)
-
         def ask(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-            return self.reference.poses(q, t)[:, :, :3].reshape(len(t), -1)
+            return self.reference.poses(q, t).reshape(len(t), -1)
 
-        rows = StateSums(self.mechanism, poses_of, ask)(np.asarray(state.t), state.q, state.v)
-        poses = np.zeros((count, bodies, 4, 4))
-        poses[:, :, :3], poses[:, :, 3, 3] = rows.reshape(count, bodies, 3, 4), 1.0
-        return poses
+        poses = StateSums(self.mechanism, poses_of, ask)(*state.arrays)
+        return poses.reshape(len(poses), -1, 4, 4)
 
     def pose(self, body: str, t: Times | None = None) -> np.ndarray:
         """Return the poses of one body in the world, shape (n, 4, 4).
@@ -203,8 +187,19 @@ class Trajectory:
         Raises:
             UnknownNameError: if there is no such body.
         """
+        name = self.mechanism.body(body).name
+
+        def ask(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+            return np.hstack(self.reference.velocity(name, q, v, t))
+
         state = self._states(t)
-        return self.reference.velocity(body, state.q, state.v, state.t)
+        if not np.ndim(state.t):
+            return self.reference.velocity(name, state.q, state.v, state.t)
+        from mecanique.motion.compile.derive import twist_of
+        from mecanique.reference.engine.answers import Twist
+
+        moved = StateSums(self.mechanism, partial(twist_of, body=name), ask)(*state.arrays)
+        return Twist(moved[:, :3], moved[:, 3:])
 
     def floating_state(self, t: Times | None = None, joint: str | None = None) -> FloatingState:
         """Return where a free body is, how it is turned and moves, in any convention.
@@ -251,8 +246,10 @@ class Trajectory:
         Args:
             t: times, shape (n,) [s]; the samples' by default.
         """
-        state = State(self.t, self.q, self.v) if t is None else self._states(t)
-        return self.reference.guide_forces(state.q, state.v, state.t)
+        state = self._states(t)
+        if not np.ndim(state.t):
+            return self.reference.guide_forces(state.q, state.v, state.t)
+        return StateLaw(self.mechanism, self.reference).guide_forces(*state.arrays)
 
     def point(
         self, body: str, xyz: Sequence[float] = (0.0, 0.0, 0.0), t: Times | None = None
@@ -267,10 +264,25 @@ class Trajectory:
         Raises:
             UnknownNameError: if there is no such body.
         """
-        name = self.mechanism.body(body).name
-        state = self._states(t)
-        a = self.a if t is None else self.reference.acceleration(state.q, state.v, state.t)
-        return self.reference.point(name, xyz, state.q, state.v, a, state.t)
+        from mecanique.motion.compile.derive import point_of
+        from mecanique.reference.engine.answers import PointMotion, local_point
+
+        name, place, state = self.mechanism.body(body).name, local_point(xyz), self._states(t)
+        if not np.ndim(state.t):
+            a = self.reference.acceleration(*state[1:], state.t)
+            return self.reference.point(name, place, state.q, state.v, a, state.t)
+
+        def ask(t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+            return np.hstack(self.reference.point(name, place, q, v, a, t))
+
+        a = (
+            self.a
+            if t is None
+            else StateLaw(self.mechanism, self.reference).accelerations(*state.arrays)
+        )
+        write = partial(point_of, body=name, xyz=place.tolist())
+        moved = StateSums(self.mechanism, write, ask)(*state.arrays, a)
+        return PointMotion(moved[:, :3], moved[:, 3:6], moved[:, 6:])
 
     def times(self, event: str) -> np.ndarray:
         """Return when an event took place, shape (n,) [s].
@@ -319,8 +331,38 @@ def states_at(motion: Trajectory, t: np.ndarray) -> State:
     return motion.curve(t)
 
 
-MOST_STEPS, MOST_BETWEEN = 1000, 100
-"""A motion is looked at in so many of the integrator's steps, and in the middle of so many."""
+CLOSER = 8
+"""Samples this many times closer than the steps tell all of a motion, without the curve.
+
+Near a center of attraction the steps are shorter than on average.
+"""
+
+
+def steps_of(motion: Trajectory) -> Curve:
+    """Return a curve through a motion's steps, or through samples that are much closer.
+
+    Where the motion's own is yet to be made, which takes about as long as the motion, that between
+    steps is less accurate than the steps, but no less than what is asked of all of them.
+    """
+    later = motion.path
+    if not isinstance(later, LaterCurve) or "curve" in vars(motion):
+        return motion.curve
+    if later.through_steps is not None:
+        return later.through_steps()
+    span = later.end - float(later.start.t)
+    most = float(np.diff(motion.t).max(initial=0.0)) * max(motion.statistics.steps, 1) / span
+    whole = motion.t[0] == later.start.t and motion.t[-1] == later.end
+    if not whole or most * CLOSER > 1:
+        return motion.curve
+    few = np.arange(0, len(motion.t), int(1 / (most * CLOSER)))
+    few = few if few[-1] == len(motion.t) - 1 else np.append(few, len(motion.t) - 1)
+    state = State(motion.t[few], motion.q[few], motion.v[few])
+    a = StateLaw(motion.mechanism, motion.reference).accelerations(*state.arrays)
+    return Curve(*state.arrays, a=a, breaks=np.array([0]), rates=Rates.of(motion.mechanism))
+
+
+MOST_EVEN, MOST_BETWEEN = 1001, 100
+"""Without steps of use a motion is looked at so often; between steps, in the middle of so many."""
 
 
 def look_along(motion: Trajectory) -> Trajectory:
@@ -328,13 +370,23 @@ def look_along(motion: Trajectory) -> Trajectory:
 
     Implicit methods have no steps of use: the motion is then sampled evenly.
     """
+    curve = steps_of(motion)
+    if not curve.smooth:
+        times = np.unique(np.linspace(curve.t[0], curve.t[-1], MOST_EVEN))
+        return replace(motion, t=times, q=(state := motion(times)).q, v=state.v, path=curve)
+    steps = at_steps(replace(motion, path=curve))
+    starts = curve.intervals[spread(len(curve.intervals), MOST_BETWEEN)]
+    between = curve((curve.t[starts] + curve.t[starts + 1]) / 2)
+    if motion.mechanism.constrained:
+        between = ClosedLoops(motion.reference, motion.statistics.rtol).close_state(between)
+    both = State(*map(np.concatenate, zip((steps.t, steps.q, steps.v), between, strict=True)))
+    times, at = np.unique(both.t, return_index=True)
+    return replace(steps, t=times, q=both.q[at], v=both.v[at])
+
+
+def at_steps(motion: Trajectory) -> Trajectory:
+    """Return a motion sampled at its steps; at a break, after it."""
     curve = motion.curve
-    if curve.smooth:
-        steps = np.unique(curve.t)
-        starts = curve.intervals[spread(len(curve.intervals), MOST_BETWEEN)]
-        middles = (curve.t[starts] + curve.t[starts + 1]) / 2
-        times = np.union1d(steps[spread(len(steps), MOST_STEPS)], middles)
-    else:
-        times = np.unique(np.linspace(curve.t[0], curve.t[-1], MOST_STEPS + 1))
-    state = motion(times)
-    return replace(motion, t=times, q=state.q, v=state.v, path=curve)
+    times, at = np.unique(curve.t[::-1], return_index=True)
+    at = len(curve.t) - 1 - at
+    return replace(motion, t=times, q=curve.q[at], v=curve.v[at], path=curve)

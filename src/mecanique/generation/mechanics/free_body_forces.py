@@ -235,15 +235,20 @@ class FreeBodyForces:
         held = AppliedWrench(contact.name, "reaction", contact.body, place, force, NOTHING)
         return held, held.opposite(contact.on)
 
-    def joint_reactions(self) -> list[AppliedWrench]:
-        """Return the action of each joint on its child, then of each loop on its body b."""
+    def joint_reactions(self, *, shared: bool = False) -> list[AppliedWrench]:
+        """Return the action of each joint on its child, of each loop on its body b, of contacts.
+
+        Where elements and contacts share the reactions with the joints, the caller has to see to
+        it that these are determined.
+        """
         m = self._mechanism
-        if m.elements or m.contacts or m.velocity_constraints:
+        if m.velocity_constraints or (not shared and (m.elements or m.contacts)):
             raise DerivationError(
                 f"the reactions of mechanism {m.name!r} have no program: its elements, contacts or "
                 "velocity constraints share them with the joints; use `Reference.reactions`"
             )
-        return list(self.reactions())[::2]
+        count = len(m.joints) + len(m.loops) + len(m.contacts)
+        return list(self.reactions())[: 2 * count : 2]
 
     def work(self, action: AppliedWrench) -> list[Any]:
         """Return the virtual work of a force, F·δx + M·δφ, for each velocity."""

@@ -13,9 +13,10 @@ from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.constraint_base import PressingContact
 from mecanique.motion.analysis.energies import energies
 from mecanique.motion.analysis.extremes import find_maxima
+from mecanique.motion.compile.along import StateLaw, StateSums
 from mecanique.motion.simulation.watching import pressings
 from mecanique.motion.tolerances import BALANCED, SLACK_CORD
-from mecanique.motion.trajectory import MOST_BETWEEN, Trajectory, look_along
+from mecanique.motion.trajectory import Trajectory, look_along
 from mecanique.wording import Legible, say_count, write_table
 
 if TYPE_CHECKING:
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
 
 LIGHT = 299_792_458.0
 """Speed of light in vacuum [m/s] (SI definition)."""
+
+MOST_ASKED = 100
+"""Whether loops are closed is asked of the reference at so many steps, and at so many samples."""
 
 GROWTH = 1e4
 """A balance holds if its relative residual is at most this many times the tolerance of a step."""
@@ -162,6 +166,10 @@ def audit(motion: Trajectory, *, refine: bool = False, accuracy: float = 1e-6) -
         raise InputError(f"expected a positive accuracy, got {accuracy!r}")
     from mecanique.motion.analysis.momentum import momentum_balances
     from mecanique.motion.analysis.trust import trust
+    from mecanique.motion.compile.derive import speeds_of
+
+    def ask_speeds(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        return motion.reference.center_speeds(q, v, t)
 
     limit = GROWTH * (motion.statistics.rtol + BALANCED)
     seen = look_along(motion)
@@ -170,20 +178,22 @@ def audit(motion: Trajectory, *, refine: bool = False, accuracy: float = 1e-6) -
     # what holds a velocity constraint is not known
     known = not motion.mechanism.velocity_constraints
     for balance in momentum_balances(seen) if known else ():
-        rows.append(_row(balance.name, balance.residual, balance.size, limit, balance.unit, seen.t))
+        unit, times = balance.unit, balance.t
+        rows.append(_row(balance.name, balance.residual, balance.size, limit, unit, times))
     if motion.mechanism.constrained:
         most = motion.statistics.rtol + BALANCED
-        given = spread(len(motion.t), MOST_BETWEEN)  # the samples are somebody's data, too
+        # the samples are somebody's data, too
+        of_steps, of_samples = (spread(len(m.t), MOST_ASKED) for m in (seen, motion))
         t, q, v = (
-            np.concatenate([steps, samples[given]])
+            np.concatenate([steps[of_steps], samples[of_samples]])
             for steps, samples in ((seen.t, motion.t), (seen.q, motion.q), (seen.v, motion.v))
         )
         drift = motion.reference.drift(q, v, t)
         speed = 1.0 + float(np.abs(seen.v).max(initial=0.0))
         rows.append(_row("loops, in lengths or radians", drift[:, :1], 1.0, most, "", t))
         rows.append(_row("rates of the loops", drift[:, 1:], speed, most, "1/s", t))
-    unmet, needs = _list_unmet(motion)
-    speeds = find_maxima(motion.curve, lambda t, q, v: motion.reference.center_speeds(q, v, t))
+    unmet, needs = _list_unmet(seen)
+    speeds = find_maxima(seen.curve, StateSums(motion.mechanism, speeds_of, ask_speeds))
     return Audit(
         (*rows, *unmet),
         float(speeds.values.max(initial=0.0)),
@@ -204,7 +214,7 @@ def _list_unmet(motion: Trajectory) -> tuple[list[AuditRow], tuple[FrictionNeed,
         return [], ()
 
     def measure(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        forces = reference.guide_forces(q, v, t) if cords else {}
+        forces = StateLaw(mechanism, reference).guide_forces(t, q, v)
         rubbing = [(forces[name], np.zeros(len(t))) for name in cords]
         columns = []
         for force, friction in (*rubbing, *pressings(reference, q, v, t)):
@@ -229,10 +239,14 @@ def _list_unmet(motion: Trajectory) -> tuple[list[AuditRow], tuple[FrictionNeed,
 
 
 def _row(
-    name: str, residual: np.ndarray, scale: float, limit: float, unit: str, t: np.ndarray
+    name: str,
+    residual: np.ndarray,
+    scale: float | np.ndarray,
+    limit: float,
+    unit: str,
+    t: np.ndarray,
 ) -> AuditRow:
     size = np.linalg.norm(residual, axis=1)
-    worst = int(size.argmax())
-    return AuditRow(
-        name, float(size[worst]), float(size[worst]) / scale, limit, unit, float(t[worst])
-    )
+    relative = size / scale
+    worst = int(relative.argmax())
+    return AuditRow(name, float(size[worst]), float(relative[worst]), limit, unit, float(t[worst]))

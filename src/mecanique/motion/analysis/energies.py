@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from mecanique.arrays import median
+from mecanique.arrays import Array, median
 from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.compile.along import StateSums
+from mecanique.motion.compile.along import StateSums, compute
+from mecanique.motion.compile.python import vectorize
+from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.record.quadrature import integral
 from mecanique.motion.record.spot_check import spot_check
 from mecanique.motion.trajectory import states_at
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 
 
 TIME_STEP = 0.02
-"""Step of the differences for ∂L/∂t of prescribed motions, in steps of the integrator."""
+"""Step of the differences for the rates of signals, in steps of the integrator."""
 
 
 @final
@@ -94,7 +96,7 @@ def energies(motion: Trajectory, times: np.ndarray) -> Energies:
     from mecanique.motion.compile.derive import energies_of
 
     parts = StateSums(motion.mechanism, energies_of, ask)(times, state.q, state.v)
-    work = _work(motion, times)
+    work = _work(motion, state)
     work = work - sum(_losses_at_impacts(motion, times).values())
     kinetic, gravity, springs = parts.T
     loads = _stored_in_loads(motion.mechanism, state.q)
@@ -144,10 +146,10 @@ def is_rheonomic(mechanism: Mechanism) -> bool:
     return any(symbols_in(scalar) & moving for scalar in timed)
 
 
-def _work(motion: Trajectory, times: np.ndarray) -> np.ndarray:
+def _work(motion: Trajectory, state: State) -> np.ndarray:
     mechanism, reference = motion.mechanism, motion.reference
+    times = state.arrays[0]
     free = tuple(force for force in mechanism.forces if not force.conservative)
-    rheonomic = is_rheonomic(mechanism)
     work: np.ndarray = np.zeros(len(times))
     if motion.corners is not None:
         described = {force.name for force in motion.described.forces}
@@ -174,32 +176,46 @@ def _work(motion: Trajectory, times: np.ndarray) -> np.ndarray:
 
         power = StateSums(others.mechanism, power_of, ask)
         work = work + integral(motion.curve, power, times)[:, 0]
-    if not rheonomic:
+    if not is_rheonomic(mechanism):
         return work
 
-    curve = motion.curve
-    lengths = curve.t[curve.intervals + 1] - curve.t[curve.intervals]
-    h = TIME_STEP * median(lengths) if len(lengths) else 1.0
+    curve, rheonomic = motion.curve, _Rheonomic(mechanism, motion.curve)
+    begin = State(*(part[:1] for part in (curve.t, curve.q, curve.v)))
+    work = work + integral(curve, rheonomic.power, state.arrays[0])[:, 0]
+    carried = rheonomic.carry(*state.arrays) - rheonomic.carry(*begin.arrays)
+    return np.asarray(work + carried)
 
-    def minus_slope(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """−∂L/∂t."""
-        total = np.zeros(len(t))
-        for k, weight in ((1, 8.0), (2, -1.0)):
-            for side in (1, -1):
-                energy = reference.quick_energies(q, v, t + side * k * h)
-                total += side * weight * (energy.kinetic - energy.potential)
-        return -total[:, None] / (12 * h)
 
-    def carry(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """T₁ + 2 T₀."""
-        forward, backward, rest = (
-            reference.quick_energies(q, u, t).kinetic for u in (v, -v, np.zeros_like(v))
-        )
-        result: np.ndarray = (forward - backward) / 2 + 2 * rest
-        return result
+@final
+class _Rheonomic:
+    """What prescribed motion brings, by a program."""
 
-    state = curve(times)
-    begin = curve(curve.t[:1])
-    work = work + integral(curve, minus_slope, times)[:, 0] + carry(times, state.q, state.v)
-    result: np.ndarray = work - carry(np.atleast_1d(begin.t), begin.q, begin.v)
-    return result
+    def __init__(self, mechanism: Mechanism, curve: Curve) -> None:
+        from mecanique.motion.compile.derive import rheonomic_of
+
+        program, inputs = rheonomic_of(mechanism), {s.symbol: s for s in mechanism.inputs}
+        self._function, self._width = vectorize(program), len(program.rates)
+        self._signals = [inputs[symbol].function(mechanism.values) for symbol in program.more]
+        lengths = np.diff(curve.t)[curve.intervals]
+        self._step = TIME_STEP * median(lengths) if len(lengths) else 1.0
+
+    def _at(self, t: Array) -> Array:
+        """Return the signals at n times, shape (n, signals)."""
+        values = np.empty((len(t), len(self._signals)))
+        for column, signal in zip(values.T, self._signals, strict=True):
+            column[:] = list(map(signal, t.tolist()))
+        return values
+
+    def _compute(self, t: Array, q: Array, v: Array) -> Array:
+        return compute(self._function, t, (q, v, self._at(t)), self._width)
+
+    def power(self, t: Array, q: Array, v: Array) -> Array:
+        """Return −∂L/∂t, shape (n, 1)."""
+        values, h = self._compute(t, q, v), self._step
+        near, far = (self._at(t + k * h) - self._at(t - k * h) for k in (1, 2))
+        total: Array = values[:, 0] + np.sum(values[:, 2:] * (8 * near - far) / (12 * h), axis=1)
+        return total[:, None]
+
+    def carry(self, t: Array, q: Array, v: Array) -> Array:
+        """Return T₁ + 2 T₀, shape (n,)."""
+        return self._compute(t, q, v)[:, 1]

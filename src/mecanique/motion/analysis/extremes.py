@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple, final
 
 import numpy as np
+import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.model.joint_base import Single
-from mecanique.motion.record.curve import Curve
-from mecanique.motion.record.rates import Rates
+from mecanique.model.mechanism import Mechanism
+from mecanique.motion.record.curve import Curve, interpolate
 from mecanique.motion.tolerances import BEYOND_LIMIT, INSTANT
+from mecanique.motion.trajectory import steps_of
 
 if TYPE_CHECKING:
     from mecanique.motion.trajectory import Trajectory
@@ -20,8 +22,8 @@ if TYPE_CHECKING:
 CANDIDATES = 3
 """Highest local maxima at the nodes that are refined; another can only lead by chance."""
 
-CLOSER, AROUND = 4, 5
-"""So many samples for each step are close; so many on each side of an extreme suffice there."""
+MANY = 100_000
+"""With more steps these alone are looked at: some are next to each maximum."""
 
 POINTS, ROUNDS = 9, 7
 """Points across a bracket, which which round narrows fourfold.
@@ -43,63 +45,65 @@ def find_maxima(
 ) -> Maxima:
     """Return the largest values of quantities, shape (n, k), that are smooth between breaks."""
 
-    def measure(times: np.ndarray) -> np.ndarray:
-        state = curve(times)
-        values = quantities(times, state.q, state.v)
+    def measure(times: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        values = quantities(times, q, v)
         return np.where(np.isnan(values), -np.inf, values)
 
-    # at a break the curve has the state after it; that before it is a rounding earlier
-    before = np.nextafter(curve.t[curve.breaks[1:]], -np.inf)
-    nodes = np.unique(np.concatenate([curve.t, (curve.t[1:] + curve.t[:-1]) / 2, before]))
-    rows = measure(nodes)
+    times, q, v, known = _look_between(curve)
+    columns = np.ascontiguousarray(measure(times, q, v).T)
+    around = np.pad(columns, ((0, 0), (1, 1)), constant_values=-np.inf)
+    is_peak = (columns >= around[:, :-2]) & (columns >= around[:, 2:])
     # the peaks of all quantities are narrowed down together, as many states cost less at once
-    around = np.pad(rows, ((1, 1), (0, 0)), constant_values=-np.inf)
-    is_peak = (rows >= around[:-2]) & (rows >= around[2:])
-    order = np.argsort(np.where(is_peak, -rows, np.inf), axis=0, kind="stable")[:CANDIDATES]
-    place, which = np.nonzero(np.take_along_axis(is_peak, order, axis=0))
-    peaks = order[place, which]
-    low, high = nodes[(peaks - 1).clip(0)], nodes[(peaks + 1).clip(max=len(nodes) - 1)]
-    tops, at, each = rows[peaks, which], nodes[peaks], np.arange(len(peaks))
-    for _ in range(ROUNDS if len(nodes) > 1 else 0):
+    highest = np.empty((CANDIDATES, len(columns)), dtype=int)
+    for k, (column, some) in enumerate(zip(columns, is_peak, strict=True)):
+        places = np.flatnonzero(some)
+        highest[:, k] = np.resize(places[np.argsort(-column[places])], CANDIDATES)
+    peaks, which = highest.ravel(), np.tile(np.arange(len(columns)), CANDIDATES)
+    low, high = times[(peaks - 1).clip(0)], times[(peaks + 1).clip(max=len(times) - 1)]
+    tops = np.where(known[peaks], columns[which, peaks], -np.inf)
+    at, each = times[peaks], np.arange(len(peaks))
+    for _ in range(ROUNDS if len(times) > 1 else 0):
         grid = np.linspace(low, high, POINTS)
-        values = measure(grid.ravel()).reshape(*grid.shape, -1)[:, each, which]
+        values = measure(*curve(grid.ravel()).arrays).reshape(*grid.shape, -1)[:, each, which]
         top = values.argmax(axis=0)
         higher = values[top, each] > tops
         tops = np.where(higher, values[top, each], tops)
         at = np.where(higher, grid[top, each], at)
         width = (high - low) / (POINTS - 1)
         low, high = np.maximum(at - width, low), np.minimum(at + width, high)
-    best, times = np.full((2, rows.shape[1]), np.nan)
-    for k in range(rows.shape[1]):
-        mine = np.flatnonzero((which == k) & np.isfinite(tops))
-        if len(mine):
-            first = mine[tops[mine].argmax()]
-            best[k], times[k] = tops[first], at[first]
-    return Maxima(best, times)
+    tops, at = tops.reshape(CANDIDATES, -1), at.reshape(CANDIDATES, -1)
+    best = tops.argmax(axis=0), np.arange(len(columns))
+    return Maxima(*(np.where(np.isfinite(tops[best]), x[best], np.nan) for x in (tops, at)))
+
+
+def _look_between(curve: Curve) -> tuple[Array, Array, Array, npt.NDArray[np.bool_]]:
+    """Return the states at a curve's steps, and about those between, and which are known.
+
+    The cubic through both ends is enough to see where a quantity is largest.
+    """
+    # at a break the curve has the state after it; that before it is a rounding earlier
+    t = curve.t.copy()
+    before = curve.breaks[1:] - 1
+    t[before] = np.nextafter(t[before], -np.inf)
+    if len(t) > MANY:
+        return t, curve.q, curve.v, np.ones(len(t), dtype=bool)
+    if not curve.smooth:
+        middles = curve((curve.t[1:] + curve.t[:-1]) / 2).arrays
+    else:
+        at, nq = curve.intervals, curve.q.shape[1]
+        y, h = np.hstack([curve.q, curve.v]), np.diff(curve.t)[at]
+        dy = np.hstack([curve.rates.first(curve.q, curve.v), curve.a])
+        between = interpolate(0.5, h[:, None], (y[at], y[at + 1]), (dy[at], dy[at + 1]))
+        q = curve.rates.normalize(between[:, :nq])
+        middles = curve.t[at] + h / 2, q, between[:, nq:]
+    times, q, v = map(np.concatenate, zip((t, curve.q, curve.v), middles, strict=True))
+    order = np.argsort(times, kind="stable")
+    return times[order], q[order], v[order], order < len(t)
 
 
 def find_bounds(motion: Trajectory) -> Array:
-    """Return the largest values of q, v, −q and −v along a motion, one after another.
-
-    Where its samples are much closer than its steps, as with long motions by Taylor series, the
-    curve through the samples about each extreme is enough, and quicker to have than the whole.
-    """
-
-    def list_both(t: Array, q: Array, v: Array) -> Array:
-        return np.hstack([q, v, -q, -v])
-
-    whole = isinstance(motion.path, Curve) or "curve" in vars(motion)
-    if whole or len(motion.t) < CLOSER * motion.statistics.steps:
-        return find_maxima(motion.curve, list_both).values
-    values = list_both(motion.t, motion.q, motion.v)
-    bounds: Array = values.max(axis=0)
-    for k, top in enumerate(values.argmax(axis=0).tolist()):
-        near = slice(max(top - AROUND, 0), top + AROUND + 1)
-        t, q, v = motion.t[near], motion.q[near], motion.v[near]
-        a, rates = motion.reference.acceleration(q, v, t), Rates.of(motion.mechanism)
-        curve = Curve(t=t, q=q, v=v, a=a, breaks=np.array([0]), rates=rates)
-        (bounds[k],) = find_maxima(curve, lambda *state, k=k: list_both(*state)[:, [k]]).values
-    return bounds
+    """Return the largest values of q, v, −q and −v along a motion, one after another."""
+    return find_maxima(steps_of(motion), lambda t, q, v: np.hstack([q, v, -q, -v])).values
 
 
 @final
@@ -134,47 +138,48 @@ class Exceeded:
 
 def find_exceeded(motion: Trajectory) -> tuple[Exceeded, ...]:
     """Return the joints that go beyond their limits, in order of time."""
-    exceeded = []
-    coordinates = motion.mechanism.coordinates.names
-    for joint in motion.mechanism.joints:
-        if not isinstance(joint, Single) or joint.limits is None:
-            continue
-        if joint.coordinate not in coordinates:
-            continue
-        lower, upper = float(joint.limits.lower), float(joint.limits.upper)
-        at = coordinates.index(joint.coordinate)
+    joints = [
+        joint
+        for joint in motion.mechanism.joints
+        if isinstance(joint, Single)
+        and joint.limits is not None
+        and joint.coordinate in motion.mechanism.coordinates.names
+    ]
+    if not joints:
+        return ()
+    curve = steps_of(motion)
+    passed = [_exceed(curve, motion.mechanism, joint) for joint in joints]
+    return tuple(sorted(filter(None, passed), key=lambda exceeded: exceeded.since))
 
-        def beyond(t: float, k: int = at, lower: float = lower, upper: float = upper) -> float:
-            x = float(motion.curve(t).q[k])
-            return max(lower - x, x - upper) - BEYOND_LIMIT
 
-        def both(t: Array, q: Array, v: Array, k: int = at) -> Array:
-            return np.column_stack([q[:, k], -q[:, k]])
+def _exceed(curve: Curve, mechanism: Mechanism, joint: Single) -> Exceeded | None:
+    """Return how far a joint goes beyond its limits; None if it stays within."""
+    assert joint.limits is not None, "it has limits"
+    lower, upper = float(joint.limits.lower), float(joint.limits.upper)
+    at = mechanism.coordinates.index(joint.coordinate)
 
-        curve = motion.curve
-        most = find_maxima(curve, both)
-        highest, lowest = most.values[0], -most.values[1]
+    def beyond(x: Array) -> Array:
+        return np.maximum(lower - x, x - upper) - BEYOND_LIMIT
+
+    most = find_maxima(curve, lambda t, q, v: np.column_stack([q[:, at], -q[:, at]]))
+    extremes = most.values * (1.0, -1.0)
+    worst = int(beyond(extremes).argmax())
+    time = float(most.times[worst])
+    if not beyond(extremes)[worst] > 0:
+        return None
+    outside = curve.t[(curve.t < time) & (beyond(curve.q[:, at]) > 0)]
+    since = float(outside[0]) if len(outside) else time
+    inside = curve.t[curve.t < since]
+    if len(inside):
         from scipy.optimize import brentq
 
-        worst = 0 if highest - upper >= lower - lowest else 1
-        time = float(most.times[worst])
-        if beyond(time) > 0:
-            earlier = curve.t[curve.t < time]
-            outside = [t for t in earlier.tolist() if beyond(t) > 0]
-            end = outside[0] if outside else time
-            inside = curve.t[curve.t < end]
-            since = end
-            if len(inside):
-                since = float(brentq(beyond, inside[-1], end, xtol=INSTANT))
-            exceeded.append(
-                Exceeded(
-                    joint=joint.name,
-                    coordinate=joint.coordinate,
-                    lower=lower,
-                    upper=upper,
-                    value=float((highest, lowest)[worst]),
-                    time=time,
-                    since=since,
-                )
-            )
-    return tuple(sorted(exceeded, key=lambda passed: passed.since))
+        since = brentq(lambda t: float(beyond(curve(t).q[at])), inside[-1], since, xtol=INSTANT)
+    return Exceeded(
+        joint=joint.name,
+        coordinate=joint.coordinate,
+        lower=lower,
+        upper=upper,
+        value=float(extremes[worst]),
+        time=time,
+        since=float(since),
+    )

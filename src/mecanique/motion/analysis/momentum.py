@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 
+from mecanique.arrays import spread
 from mecanique.motion.compile.along import StateLaw
 from mecanique.motion.record.quadrature import integral
 from mecanique.motion.record.spot_check import spot_check
 from mecanique.motion.tolerances import NO_MOMENTUM, UNCHANGED
+from mecanique.motion.trajectory import at_steps
 from mecanique.wording import Legible
 
 if TYPE_CHECKING:
     from mecanique.motion.trajectory import Trajectory
     from mecanique.reference.engine.answers import Momentum
+
+
+MOST_STEPS, STRETCHES = 1000, 5
+"""Of a motion of more steps, so many stretches with so many in all are balanced."""
 
 
 @final
@@ -25,27 +30,54 @@ class MomentumBalance(Legible):
     """A balance of momentum along a motion."""
 
     name: str
+    t: np.ndarray  # shape (n,), times [s]
     residual: np.ndarray  # shape (n, 3), difference of the two sides
-    size: float
+    size: np.ndarray  # shape (n,), what it is compared with
     unit: str  # SI unit of the residual
 
 
-def momentum_balances(motion: Trajectory) -> Iterator[MomentumBalance]:
-    """Yield the balances of linear and angular momentum.
+_BALANCED = (
+    ("linear momentum", "kg·m/s"),
+    ("angular momentum about the origin", "kg·m²/s"),
+    ("angular momentum about the center of mass", "kg·m²/s"),
+)
+
+
+def momentum_balances(motion: Trajectory) -> list[MomentumBalance]:
+    """Return the balances of linear and angular momentum.
 
     The rate of change of momentum is the resultant of the external forces, support reactions
     included: ṗ = F (Fundamentals of Dynamics, eqs. 1.1, 1.2), L̇ₒ = Mₒ about the world's origin
     (eqs. 1.3, 1.10), L̇ = M about the center of mass (eq. 1.12). Both sides are compared
     integrated, p(t) − p(0) − ∫ F dt, which needs no numerical derivative. Impulses of impacts are
-    left out.
+    left out. The integral takes six states of each step, so that of a long motion stretches are
+    balanced, each from its own start.
     """
-    mechanism, reference = motion.mechanism, motion.reference
+    mechanism, curve = motion.mechanism, motion.curve
     if not any(
         mechanism.evaluate(body.mass) for body in mechanism.bodies if body.name != mechanism.ground
     ):
-        return
+        return []
+    stretches, count = [motion], len(curve.intervals)
+    if count > MOST_STEPS:
+        most = MOST_STEPS // STRETCHES
+        firsts = curve.intervals[spread(count - most, STRETCHES)]
+        stretches = [
+            at_steps(replace(motion, path=curve.part(first, first + most + 1)))
+            for first in firsts.tolist()
+        ]
+    parts = zip(*map(_balance, stretches), strict=True)
+    residual, scales = map(np.concatenate, parts)
+    t = np.concatenate([stretch.t for stretch in stretches])
+    return [
+        MomentumBalance(name, t, residual[:, 3 * k : 3 * k + 3], scales[:, k], unit)
+        for k, (name, unit) in enumerate(_BALANCED)
+    ]
 
-    law = StateLaw(mechanism, reference)
+
+def _balance(motion: Trajectory) -> tuple[np.ndarray, np.ndarray]:
+    """Return the residuals (n, 9) of a stretch, and the size of each balance (n, 3)."""
+    reference, law = motion.reference, StateLaw(motion.mechanism, motion.reference)
 
     def rates(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         force, moment, center = reference.resultant(q, v, t, law.accelerations(t, q, v))
@@ -65,16 +97,10 @@ def momentum_balances(motion: Trajectory) -> Iterator[MomentumBalance]:
                 np.hstack(reference.momentum(event.q, v, event.t)) for v in (event.v, event.after)
             )
             jumps += (motion.t >= event.t)[:, None] * (after - before)
-    residual = have - have[0] - jumps - given[:, :9]
+    residual = have - have[0] - (jumps - jumps[0]) - given[:, :9]
     scales = _scales(sizes + given[-1, 9:])
-    for k, (name, unit) in enumerate(
-        (
-            ("linear momentum", "kg·m/s"),
-            ("angular momentum about the origin", "kg·m²/s"),
-            ("angular momentum about the center of mass", "kg·m²/s"),
-        )
-    ):
-        yield MomentumBalance(name, residual[:, 3 * k : 3 * k + 3], float(scales[k]) or 1.0, unit)
+    scales[scales == 0] = 1.0
+    return residual, np.tile(scales, (len(residual), 1))
 
 
 def momenta_along(motion: Trajectory) -> np.ndarray:

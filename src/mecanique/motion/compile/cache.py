@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, final
 
 from mecanique.errors import DerivationError
@@ -18,6 +17,7 @@ from mecanique.motion.record.curve import RightHandSide
 from mecanique.motion.record.rates import Rates
 
 if TYPE_CHECKING:
+    from mecanique.program.tape import Value
     from mecanique.reference import Reference
 
 
@@ -38,6 +38,9 @@ class CompiledMotion:
         self.rates = Rates.of(mechanism)
         """The maps between v and q̇."""
         self._program: RatesProgram | DerivationError | None = None
+        self._along: dict[str, RatesProgram | None] = {}
+        self.functions: dict[tuple[int, tuple[Value, ...]], Batched] = {}
+        """Functions of arrays, by the tape that they are on and the values that they give."""
         self._stepper: Stepper | None = None
         self._make: Callable[[], RightHandSide] | None = None
         self._pools: dict[tuple[float, bool], list[Any]] = {}
@@ -67,25 +70,26 @@ class CompiledMotion:
             raise self._program
         return self._program
 
-    @cached_property
-    def accelerations(self) -> RatesProgram | None:
-        """The rates of a state by recursion, for many states at once; None if there are none."""
-        return self._write(reactions=False)
+    def knows(self, forces: str) -> bool:
+        """Return whether a program along motions was written."""
+        return forces in self._along
 
-    @cached_property
-    def reactions(self) -> RatesProgram | None:
-        """The same, with the reactions of joints and loops after them."""
-        return self._write(reactions=True)
+    def along(self, forces: str = "") -> RatesProgram | None:
+        """Return the rates of a state and forces, for many states at once; None if there are none.
 
-    def _write(self, *, reactions: bool) -> RatesProgram | None:
-        from mecanique.motion.compile.derive import motion_of
+        Args:
+            forces: as `motion_of` knows them.
+        """
+        if forces not in self._along:
+            from mecanique.motion.compile.derive import motion_of
 
-        mechanism = self._mechanism()
-        assert mechanism is not None, "who asks holds the mechanism"
-        try:
-            return motion_of(mechanism, reactions=reactions)
-        except DerivationError:
-            return None
+            mechanism = self._mechanism()
+            assert mechanism is not None, "who asks holds the mechanism"
+            try:
+                self._along[forces] = motion_of(mechanism, forces)
+            except DerivationError:
+                self._along[forces] = None
+        return self._along[forces]
 
     def rhs(self, reference: Reference) -> RightHandSide:
         """Return a new function f(t, y) = y', which overwrites its last answer."""

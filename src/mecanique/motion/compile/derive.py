@@ -7,7 +7,7 @@ state back onto the loops.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from copy import copy
 from math import inf
 from typing import TYPE_CHECKING, NamedTuple
@@ -17,6 +17,9 @@ import numpy as np
 from mecanique.derivation import derive
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import loops_of
+from mecanique.derivation.mechanics.recursion import World
+from mecanique.derivation.mechanics.vectors import add, cross, dot, scale
+from mecanique.derivation.tree.poses import times_point
 from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.articulated import Articulated, articulate
 from mecanique.generation.mechanics.closed_form import ClosedFormProgram
@@ -30,8 +33,9 @@ from mecanique.motion.compile.program import SAMPLES, RatesProgram, is_long_chai
 from mecanique.motion.compile.python import overwriting, owning
 from mecanique.motion.record.curve import RightHandSide
 from mecanique.program.solving import factorize
+from mecanique.program.sweeps import push_forward
 from mecanique.program.tape import Value
-from mecanique.program.traced import values_of
+from mecanique.program.traced import trace, value_of, values_of
 from mecanique.verification.rounding import rounding
 from mecanique.verification.rows import rows_of
 from mecanique.verification.states import random_states
@@ -92,21 +96,78 @@ def energies_of(mechanism: Mechanism) -> RatesProgram:
     return RatesProgram(mechanism, letters.tape, tuple(parts), (), tuple(letters.signals))
 
 
+def rheonomic_of(mechanism: Mechanism) -> RatesProgram:
+    """Return −∂L/∂t at constant signals and T₁ + 2 T₀ as a program, then −∂L/∂s of each signal s.
+
+    Signals that are functions are parts of the state. T₁ and T₀ are the parts of T of first and
+    zeroth degree in v: v·∂T/∂v = 2 T₂ + T₁, so that T₁ + 2 T₀ = 2 T − v·∂T/∂v.
+    """
+    letters = Letters(mechanism)
+    tree = Tree(letters)
+    T, V = tree.recursion.energy()
+    V = V + tree.loads.energy()
+    along = {v.place: value_of(v) for v in letters.v}
+    (raised,) = push_forward(letters.tape, values_of([T]), along)
+    moving = [letters.t, *(letters.values[symbol] for symbol in letters.signals)]
+    slopes = [-1.0 * letters.differentiate(T - V, scalar) for scalar in moving]
+    carried = 2.0 * T - trace(letters.tape, raised)
+    values, more = values_of([slopes[0], carried, *slopes[1:]]), tuple(letters.signals)
+    return RatesProgram(mechanism, letters.tape, tuple(values), (), (), more=more)
+
+
 def poses_of(mechanism: Mechanism) -> RatesProgram:
-    """Return the upper three rows of the poses of all bodies as a program."""
+    """Return the poses of all bodies as a program."""
     letters = Letters(mechanism)
     recursion = Tree(letters).recursion
     still = np.eye(4).tolist()
     poses = (
-        still if body.name == mechanism.ground else recursion.pose(body.name)
+        still if body.name == mechanism.ground else [*recursion.pose(body.name), still[3]]
         for body in mechanism.bodies
     )
-    entries = values_of([entry for pose in poses for row in pose[:3] for entry in row])
+    entries = values_of([entry for pose in poses for row in pose for entry in row])
     return RatesProgram(mechanism, letters.tape, tuple(entries), (), tuple(letters.signals))
 
 
-def motion_of(mechanism: Mechanism, *, reactions: bool = False) -> RatesProgram:
-    """Return the rates of a state by recursion as a program, then force and moment of reactions.
+def point_of(mechanism: Mechanism, body: str, xyz: Sequence[float]) -> RatesProgram:
+    """Return position, velocity and acceleration of a body's point as a program."""
+    letters = Letters(mechanism)
+    recursion = Tree(letters).recursion
+    place = times_point(recursion.pose(body), xyz)
+    velocity = letters.along(place)
+    rates = zip(letters.v, values_of(letters.a), strict=True)
+    acceleration = letters.along(velocity, {v.place: a for v, a in rates})
+    values = tuple(values_of([*place, *velocity, *acceleration]))
+    more = tuple(f"a {name}" for name in mechanism.velocities)
+    return RatesProgram(mechanism, letters.tape, values, (), tuple(letters.signals), more=more)
+
+
+def twist_of(mechanism: Mechanism, body: str) -> RatesProgram:
+    """Return the velocity of a body's origin and its angular velocity as a program."""
+    letters = Letters(mechanism)
+    recursion = Tree(letters).recursion
+    spin = World(recursion).motion(recursion.seats[body].place).w
+    values = tuple(values_of([*recursion.velocity(body, [0.0, 0.0, 0.0]), *spin]))
+    return RatesProgram(mechanism, letters.tape, values, (), tuple(letters.signals))
+
+
+def speeds_of(mechanism: Mechanism) -> RatesProgram:
+    """Return the speeds of all bodies' centers of mass as a program."""
+    letters = Letters(mechanism)
+    recursion = Tree(letters).recursion
+    speeds = []
+    for body in mechanism.bodies:
+        center = [letters.number(x, recursion.chart.r) for x in body.center]
+        velocity = recursion.velocity(body.name, center)
+        speeds.append(letters.call("sqrt", dot(velocity, velocity)))
+    return RatesProgram(
+        mechanism, letters.tape, tuple(values_of(speeds)), (), tuple(letters.signals)
+    )
+
+
+def motion_of(mechanism: Mechanism, forces: str = "") -> RatesProgram:
+    """Return the rates of a state by recursion as a program, then forces.
+
+    These are force and moment of "reactions", "multipliers", or "guides", the guiding elements'.
 
     Raises:
         DerivationError: if it is too long, or elements and contacts share the reactions.
@@ -115,9 +176,22 @@ def motion_of(mechanism: Mechanism, *, reactions: bool = False) -> RatesProgram:
     tree = Tree(letters)
     dynamics = TapeDynamics(letters, tree, tree, "recursion along the tree")
     answers = [*letters.rates, *dynamics.acceleration]
-    if reactions:
-        for wrench in FreeBodyForces(dynamics).joint_reactions():
-            answers += [*wrench.force, *wrench.moment]
+    if forces == "reactions":
+        reactions = FreeBodyForces(dynamics).joint_reactions(shared=True)
+        first = len(reactions) - len(mechanism.contacts)
+        hubs = {first + k: contact.seat for k, contact in enumerate(mechanism.contacts)}
+        for k, wrench in enumerate(reactions):
+            moment = wrench.moment
+            if k in hubs:  # the reference's are about the hub, not the point of contact
+                center = [letters.number(x, tree.recursion.chart.r) for x in hubs[k]]
+                hub = times_point(tree.recursion.pose(wrench.body), center)
+                arm = add(wrench.origin, scale(-1.0, hub))
+                moment = cross(arm, wrench.force)
+            answers += [*wrench.force, *moment]
+    elif forces == "multipliers":
+        answers += dynamics.multipliers
+    elif forces == "guides":
+        answers += FreeBodyForces(dynamics).guide_sizes.values()
     values, signals = tuple(values_of(answers)), tuple(letters.signals)
     landing = dynamics.landing if mechanism.constrained else None
     return RatesProgram(copy(mechanism), letters.tape, values, (), signals, landing)

@@ -45,11 +45,12 @@ class RatesProgram:
     open: tuple[str, ...]  # parameters that are inputs, by symbol
     signals: tuple[str, ...]  # inputs of the mechanism that are functions of time, by symbol
     landing: LoopProjection | None = None  # of closed mechanisms, how they stay on their loops
+    more: tuple[str, ...] = ()  # inputs that are parts of the state, after the velocities
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Names of the state's parts: coordinates, then velocities."""
-        return (*self.mechanism.coordinates.names, *self.mechanism.velocities)
+        """Names of the state's parts: coordinates, then velocities, and more if there are any."""
+        return (*self.mechanism.coordinates.names, *self.mechanism.velocities, *self.more)
 
     @property
     def length(self) -> int:

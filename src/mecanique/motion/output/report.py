@@ -5,20 +5,17 @@ from __future__ import annotations
 from math import ceil, inf, log10
 from typing import TYPE_CHECKING
 
-from mecanique.arrays import spread
 from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism_units import add_unit, units
 from mecanique.motion.analysis.energies import energies, losses
 from mecanique.motion.analysis.extremes import find_bounds, find_exceeded
 from mecanique.motion.analysis.trust import estimate_errors
+from mecanique.motion.trajectory import look_along
 from mecanique.wording import say_count
 
 if TYPE_CHECKING:
     from mecanique.motion.trajectory import Trajectory
 
-
-MOST_ENERGIES = 2000
-"""The balance of energy is looked at in so many of the samples."""
 
 LONG = 1200
 """With so many steps a motion states how far its errors may have added up."""
@@ -30,7 +27,8 @@ MAX_LISTED = 12
 def summary(motion: Trajectory) -> str:
     """Return a summary: mechanism, duration, method and energy balance."""
     mechanism, statistics = motion.mechanism, motion.statistics
-    energy = energies(motion, motion.t[spread(len(motion.t), MOST_ENERGIES)])
+    seen = look_along(motion)
+    energy = energies(seen, seen.t)
     lines = [
         f"motion of {mechanism.name}: t = {motion.t[0]:g}…{motion.t[-1]:g} s, "
         f"{say_count(len(motion.t), 'sample')}",
@@ -45,7 +43,7 @@ def summary(motion: Trajectory) -> str:
         lines.append(f"        of that, {name}: {lost[0]:.6g} J lost")
     unit = units(mechanism)
     names = (*mechanism.coordinates.names, *mechanism.velocities)
-    bounds = find_bounds(motion)
+    bounds = find_bounds(seen)
     errors, unknown = _errors(motion)
     for name, low, high, error in zip(
         names[:MAX_LISTED], -bounds[len(names) :], bounds, errors, strict=False
@@ -58,7 +56,7 @@ def summary(motion: Trajectory) -> str:
         lines.append(f"{'…':>14}  {len(names) - MAX_LISTED} more")
     if unknown:
         lines.append(f"errors of these values are not known: {unknown}")
-    passed = find_exceeded(motion)
+    passed = find_exceeded(seen)
     lines += [str(exceeded) for exceeded in passed[:MAX_LISTED]]
     if len(passed) > MAX_LISTED:
         lines.append(f"… and {len(passed) - MAX_LISTED} joints more pass theirs")

@@ -37,6 +37,9 @@ DERIVED = 1.5
 DOUBTED = 3.0
 """Factor on the error estimate for v's own polynomial, which on long steps may be too small."""
 
+FEW = 10
+"""While so many times more intervals are there than times were asked for, only these are fitted."""
+
 REACH = 5
 """How many intervals away a new step changes the interpolation."""
 
@@ -54,9 +57,17 @@ class State(NamedTuple):
     q: np.ndarray
     v: np.ndarray
 
+    @property
+    def arrays(self) -> tuple[Array, Array, Array]:
+        """Times, positions and velocities of n states."""
+        return np.asarray(self.t), self.q, self.v
+
 
 class _Pieces(NamedTuple):
-    """Newton's form on each interval: nodes (n, m), coefficients (n, m, k), error estimate (n,)."""
+    """Newton's form on each of n intervals, which are the last axis: numpy's inner loops are long.
+
+    Nodes (m, n), coefficients (m, k, n), error estimate (n,).
+    """
 
     nodes: np.ndarray
     coefficients: np.ndarray
@@ -64,23 +75,22 @@ class _Pieces(NamedTuple):
 
     def at(self, piece: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return values and first derivatives, each of shape (n, k), of one polynomial per time."""
-        nodes, coefficients = self.nodes[piece], self.coefficients[piece]
-        value = coefficients[:, -1].copy()
+        value = self.coefficients[-1][:, piece]
         rate = np.zeros_like(value)
-        for order in range(nodes.shape[1] - 2, -1, -1):
-            away = (t - nodes[:, order])[:, None]
+        for order in range(len(self.nodes) - 2, -1, -1):
+            away = t - self.nodes[order, piece]
             rate *= away
             rate += value
             value *= away
-            value += coefficients[:, order]
-        return value, rate
+            value += self.coefficients[order][:, piece]
+        return value.T, rate.T
 
     def merge(self, kept: np.ndarray, changed: np.ndarray, fresh: _Pieces) -> _Pieces:
-        """Return these rows where nothing changed, and fresh ones elsewhere."""
+        """Return these intervals where nothing changed, and fresh ones elsewhere."""
         merged = []
         for old, new in zip(self, fresh, strict=True):
-            both = np.empty((len(changed), *old.shape[1:]))
-            both[~changed], both[changed] = old[kept], new
+            both = np.empty((*old.shape[:-1], len(changed)))
+            both[..., ~changed], both[..., changed] = old[..., kept], new
             merged.append(both)
         return _Pieces(*merged)
 
@@ -108,8 +118,20 @@ class Curve:
         return np.flatnonzero(np.diff(self.t) > 0)
 
     @cached_property
+    def _asked(self) -> list[int]:
+        """How many times were asked for, the only entry."""
+        return [0]
+
+    @cached_property
     def _pieces(self) -> tuple[_Pieces, ...]:
         return self._fit(self.intervals) if self.known is None else self.known
+
+    def part(self, first: int, last: int) -> Curve:
+        """Return the curve through some of its steps, from a first to before a last."""
+        inside = self.breaks[(self.breaks > first) & (self.breaks < last)] - first
+        t, q, v, a = (x[first:last] for x in (self.t, self.q, self.v, self.a))
+        breaks = np.append(0, inside)
+        return replace(self, t=t, q=q, v=v, a=a, breaks=breaks, known=None)
 
     def _fit(self, starts: np.ndarray) -> tuple[_Pieces, ...]:
         """Polynomials for q and for v on intervals; for both at once if the curve is not smooth."""
@@ -130,19 +152,19 @@ class Curve:
             else (positions,)
         )
 
-    @cached_property
-    def _errors_of_v(self) -> np.ndarray:
+    def _errors_of_v(self, starts: np.ndarray, pieces: tuple[_Pieces, ...]) -> np.ndarray:
         """Error estimates of v from q's polynomial, and from its own if there is one, in rows."""
-        length = self.t[self.intervals + 1] - self.t[self.intervals]
-        estimates = [DERIVED * self._pieces[0].error / length]
+        length = self.t[starts + 1] - self.t[starts]
+        estimates = [DERIVED * pieces[0].error / length]
         if self.close:  # the times of steps are rounded, which a derivative between them enlarges
-            slope = np.abs(self.v[self.intervals]).max(axis=1, initial=0.0)
+            slope = np.abs(self.v[starts]).max(axis=1, initial=0.0)
             estimates[0] = estimates[0] + slope * np.spacing(np.abs(self.t).max()) / length
-        return np.stack(estimates + [DOUBTED * pieces.error for pieces in self._pieces[1:]])
+        return np.stack(estimates + [DOUBTED * piece.error for piece in pieces[1:]])
 
     def errors(self) -> tuple[np.ndarray, np.ndarray]:
         """Return estimates of the largest errors in q and in v on each interval, shape (m,)."""
-        return self._pieces[0].error, self._errors_of_v.min(axis=0)
+        errors_of_v = self._errors_of_v(self.intervals, self._pieces)
+        return self._pieces[0].error, errors_of_v.min(axis=0)
 
     def __call__(self, t: float | np.ndarray) -> State:
         """Return the state at times [s] within the motion; at a break, the state after it."""
@@ -153,15 +175,23 @@ class Curve:
                 np.repeat(self.v[-1:], len(times), axis=0),
             )
         else:
-            piece = np.searchsorted(self.t[self.intervals], times, side="right") - 1
-            piece = piece.clip(0, len(self.intervals) - 1)
-            value, rate = self._pieces[0].at(piece, times)
+            starts = self.intervals
+            piece = np.searchsorted(self.t[starts], times, side="right") - 1
+            piece = piece.clip(0, len(starts) - 1)
+            self._asked[0] += len(times)
+            if self._asked[0] * FEW >= len(starts):
+                pieces = self._pieces
+            else:
+                some, piece = np.unique(piece, return_inverse=True)
+                starts = starts[some]
+                pieces = self._fit(starts)
+            value, rate = pieces[0].at(piece, times)
             nq = self.q.shape[1]
             q = self.rates.normalize(value[:, :nq])
             v = self.rates.velocities(q, rate) if self.smooth else value[:, nq:]
             if self.smooth and self.close:
-                better = np.diff(self._errors_of_v, axis=0)[0, piece] <= 0
-                v = np.where(better[:, None], self._pieces[1].at(piece, times)[0], v)
+                better = np.diff(self._errors_of_v(starts, pieces), axis=0)[0, piece] <= 0
+                v = np.where(better[:, None], pieces[1].at(piece, times)[0], v)
         return State(times, q, v) if np.ndim(t) else State(float(times[0]), q[0], v[0])
 
     def admit(self, t: Times) -> float | np.ndarray:
@@ -209,6 +239,18 @@ class Curve:
         )
 
 
+@final
+@dataclass(frozen=True)
+class LaterCurve:
+    """A motion as a function of time that is made when it is asked for."""
+
+    start: State
+    end: float  # [s]
+    make: Callable[[], Curve]
+    # gives the curve through its steps as they are, which takes no time; None if they are not kept
+    through_steps: Callable[[], Curve] | None = None
+
+
 def _stencils(
     t: np.ndarray, starts: np.ndarray, breaks: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -244,6 +286,10 @@ def _stencils(
     return nodes, used
 
 
+BLOCK = 1000
+"""Intervals fitted together: their arrays stay in the processor's cache."""
+
+
 def _newton(
     t: np.ndarray, data: list[np.ndarray], nodes: np.ndarray, used: np.ndarray, starts: np.ndarray
 ) -> _Pieces:
@@ -251,32 +297,32 @@ def _newton(
     pieces, count = nodes.shape
     repeat = len(data)
     size = count * repeat
-    width = data[0].shape[1]
-    coefficients = np.zeros((pieces, size, width))
-    points = np.zeros((pieces, size))
+    coefficients = np.zeros((size, data[0].shape[1], pieces))
+    points = np.zeros((size, pieces))
     error = np.zeros(pieces)
     for number in sorted(set(used.ravel().tolist())):
-        rows = np.flatnonzero(used == number)
-        index = np.repeat(nodes[rows, :number], repeat, axis=1)
-        z = t[index]
-        table = data[0][index]
-        coefficients[rows, 0] = table[:, 0]
-        for order in range(1, number * repeat):
-            gap = z[:, order:] - z[:, :-order]
-            same = np.zeros(gap.shape, dtype=bool)
-            if order < repeat:
-                same = index[:, order:] == index[:, :-order]
-            step = (table[:, 1:] - table[:, :-1]) / np.where(same, 1.0, gap)[:, :, None]
-            if order < repeat:
-                step = np.where(same[:, :, None], data[order][index[:, :-order]], step)
-            table = step
-            coefficients[rows, order] = table[:, 0]
-        points[rows, : number * repeat] = z
-        middle = (t[starts[rows]] + t[starts[rows] + 1]) / 2
-        last = np.prod(middle[:, None] - z[:, :-1], axis=1)
-        error[rows] = np.abs(coefficients[rows, number * repeat - 1]).max(
-            axis=1, initial=0.0
-        ) * np.abs(last)
+        same_number = np.flatnonzero(used == number)
+        last = number * repeat - 1
+        for rows in np.split(same_number, range(BLOCK, len(same_number), BLOCK)):
+            index = np.repeat(nodes[rows, :number].T, repeat, axis=0)
+            points[: last + 1, rows] = z = t[index]
+            table = np.moveaxis(data[0][index], 2, 1).copy()
+            coefficients[0][:, rows] = table[0]
+            for order in range(1, last + 1):
+                gap = z[order:] - z[:-order]
+                step = table[1:] - table[:-1]
+                if order < repeat:
+                    same = index[order:] == index[:-order]
+                    gap[same] = 1.0
+                step /= gap[:, None]
+                if order < repeat:
+                    confluent = np.moveaxis(data[order][index[:-order]], 2, 1)
+                    step = np.where(same[:, None], confluent, step)
+                table = step
+                coefficients[order][:, rows] = table[0]
+            middle = (t[starts[rows]] + t[starts[rows] + 1]) / 2
+            reach = np.abs(np.prod(middle - z[:-1], axis=0))
+            error[rows] = np.abs(coefficients[last][:, rows]).max(axis=0, initial=0.0) * reach
     return _Pieces(points, coefficients, error)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -18,7 +18,7 @@ from mecanique.model.states import explain_defaults
 from mecanique.model.values import Given
 from mecanique.motion.compile.closed import ClosedProgram
 from mecanique.motion.compile.python import owning
-from mecanique.motion.record.curve import Curve, State, Steps
+from mecanique.motion.record.curve import LaterCurve, State, Steps
 from mecanique.motion.simulation.choice import (
     Choice,
     first_choice,
@@ -171,11 +171,10 @@ def _course(
     Where it takes forever to refine the curve between two steps, the motion ends before them.
     """
     rates, nq = problem.code.rates, problem.mechanism.nq
-    path: Callable[[], Curve] = partial(
-        steps.curve, nq, rates, smooth=METHODS[choice.method].smooth
-    )
+    smooth = METHODS[choice.method].smooth
+    make = through = partial(steps.curve, nq, rates, smooth=smooth)
     if outcome.accurate:
-        path = partial(refine, problem, task, steps, smooth=METHODS[choice.method].smooth)
+        make = partial(refine, problem, task, steps, smooth=smooth)
     last = float(steps.t[-1])
     times = problem.times
     if last < problem.end:
@@ -183,9 +182,10 @@ def _course(
     if not problem.events and problem.loops is None and times.tolist() == [steps.t[0], last]:
         # the ends are steps: the curve between them can wait until it is asked for
         ends = np.array([steps.y[0], steps.y[-1]])
-        return Course(State(times, rates.normalize(ends[:, :nq]), ends[:, nq:]), path)
+        samples = State(times, rates.normalize(ends[:, :nq]), ends[:, nq:])
+        return Course(samples, LaterCurve(problem.first, last, make, through))
     try:
-        curve = path()
+        curve = make()
     except IntegrationError as error:
         steps.cut(error.time or problem.t0)
         return _course(problem, choice, task, steps, watcher, Outcome("no headway"))

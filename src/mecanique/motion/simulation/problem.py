@@ -13,7 +13,7 @@ from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Record
 from mecanique.motion.compile.cache import CompiledMotion, compile_once
-from mecanique.motion.record.curve import Curve, State
+from mecanique.motion.record.curve import Curve, LaterCurve, State
 from mecanique.motion.record.events import Event, Occurrence
 from mecanique.motion.record.loops import ClosedLoops
 from mecanique.motion.tolerances import GREATEST_RTOL, KINKS_APART, LEAST_RTOL, LOST, SAMPLES_APART
@@ -97,6 +97,12 @@ class Problem:
         return tuple(event for event in self.events if event not in self.ends)
 
     @property
+    def first(self) -> State:
+        """The state at the start."""
+        nq = self.mechanism.nq
+        return State(self.t0, self.start[:nq], self.start[nq:])
+
+    @property
     def code(self) -> CompiledMotion:
         """What is compiled for the mechanism."""
         return compile_once(self.mechanism)
@@ -128,7 +134,7 @@ class Course:
     """A motion's samples, its path between them and the events on it."""
 
     samples: State
-    path: Curve | Callable[[], Curve]  # the curve, or what makes it
+    path: Curve | LaterCurve  # the curve, or what makes it
     events: tuple[Occurrence, ...] = ()
     outcome: Outcome | None = None  # how it ends, if earlier than the integration
 

@@ -19,6 +19,7 @@ from mecanique.errors import InputError, IntegrationError, MecaniqueError
 from mecanique.model.constraint_base import PressingContact
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
+from mecanique.motion.compile.along import StateLaw
 from mecanique.motion.record.curve import PLACES, Curve, Steps, interpolate
 from mecanique.motion.record.events import Event, Occurrence, Quantity, break_names
 from mecanique.motion.simulation.integrators.methods import (
@@ -27,7 +28,7 @@ from mecanique.motion.simulation.integrators.methods import (
     advance_within,
 )
 from mecanique.motion.simulation.problem import Outcome, Problem
-from mecanique.motion.tolerances import AT_LIMIT, IDLE, INSTANT, SHORTEST_FLIGHT, TINY
+from mecanique.motion.tolerances import AT_LIMIT, INSTANT, SHORTEST_FLIGHT, TINY
 from mecanique.motion.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ def margins_along(reference: Reference, q: Array, v: Array, t: Array) -> Array:
             columns.append(mechanism.evaluate(contact.friction) * normal - friction)
     tensions = [name for element in mechanism.elements for name in element.tensions]
     if tensions:
-        forces = reference.guide_forces(q, v, t)
+        forces = StateLaw(mechanism, reference).guide_forces(t, q, v)
         columns += [forces[name] for name in tensions]
     margins: Array = np.array(columns).reshape(-1, len(t)).T
     return margins
@@ -103,24 +104,12 @@ def margins_along(reference: Reference, q: Array, v: Array, t: Array) -> Array:
 def pressings(reference: Reference, q: Array, v: Array, t: Array) -> Array:
     """Return normal force and friction of all that rolls in n states, shape (contacts, 2, n) [N].
 
-    NaN where they are undetermined; states may be off the loops by the tolerance. Where guides
-    alone hold a body against a row, nothing presses it there.
+    NaN where they are undetermined.
     """
     contacts = [c for c in reference.mechanism.contacts if isinstance(c, PressingContact)]
-    closed = reference.closed
     if not contacts:
         return np.zeros((0, 2, len(t)))
-    assert closed is not None, "the mechanism has contacts"
-    forces = np.empty((len(t), len(closed.closures.names)))
-    for known, state in zip(forces, zip(q, v, t.tolist(), strict=True), strict=True):
-        solved = closed.solve(*state)
-        known[:] = solved.multipliers
-        if not solved.determined.all():
-            jacobian = closed.closures.at(*state).jacobian
-            units = closed.measure(jacobian).units
-            idle = np.abs(units.rows[:, None] * jacobian * units.columns).max(axis=1) < IDLE
-            known[~(solved.determined | idle)] = np.nan
-    by_name = dict(zip(closed.closures.names, forces.T, strict=True))
+    by_name = StateLaw(reference.mechanism, reference).multipliers(t, q, v)
     pressed = []
     for contact in contacts:
         N, x, y = (by_name[f"{contact.name}: {row}"] for row in contact.rows)

@@ -13,7 +13,7 @@ from mecanique.generation.dop853 import LEAP, NEAREST, PASSED
 from mecanique.motion.compile.closed import ClosedProgram
 from mecanique.motion.compile.python import owning
 from mecanique.motion.compile.stepper import March, Stepper, Tolerances
-from mecanique.motion.record.curve import PLACES, Curve, State, Steps, interpolate
+from mecanique.motion.record.curve import PLACES, Curve, LaterCurve, State, Steps, interpolate
 from mecanique.motion.record.events import Occurrence
 from mecanique.motion.simulation.integrators.methods import (
     METHODS,
@@ -232,8 +232,9 @@ class _Run:
         if outcome.kind != "end" and (not passed or times[-1] < self.march.t):
             times, y = np.append(times, self.march.t), np.vstack([y, self.march.y])
         samples = State(times, rates.normalize(y[:, :nq]), y[:, nq:])
-        path = partial(refine, problem, self.task, steps, smooth=True)
+        make = partial(refine, problem, self.task, steps, smooth=True)
         if outcome.kind != "event":
-            return Course(samples, path)
-        curve = path()
+            through = partial(steps.curve, nq, rates, smooth=True)
+            return Course(samples, LaterCurve(problem.first, steps.t[-1], make, through))
+        curve = make()
         return Course(samples, curve, occurrences(curve))

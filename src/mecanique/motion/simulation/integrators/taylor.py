@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from mecanique.motion.record.curve import Curve, State
+from mecanique.arrays import spread
+from mecanique.motion.record.curve import Curve, LaterCurve, State
 from mecanique.motion.simulation.problem import Course, Integration, Outcome, Problem
 from mecanique.motion.tolerances import NO_SERIES_STEP, SERIES_ROUNDING
 
@@ -17,6 +18,9 @@ AT_ONCE = 20_000
 
 PARTS = (2, 4, 8, 16)
 """Into how many parts a step is cut for the curve through states; the first accurate one counts."""
+
+TRIED = 2000
+"""In the middle of so many of its intervals a curve is compared with the series."""
 
 CLOSE = 10
 """A curve this many tolerances from the series is accurate."""
@@ -83,7 +87,8 @@ def _course(
     y = np.concatenate(states) if states else np.empty((0, len(problem.start)))
     nq = problem.mechanism.nq
     samples = State(problem.times[: len(y)], problem.code.rates.normalize(y[:, :nq]), y[:, nq:])
-    return Course(samples, partial(_curve, problem, rtol, last, optimized))
+    make = partial(_curve, problem, rtol, last, optimized)
+    return Course(samples, LaterCurve(problem.first, last, make))
 
 
 def _values(series: Sequence[Any], times: np.ndarray) -> np.ndarray:
@@ -138,7 +143,7 @@ def _curve(problem: Problem, rtol: float, last: float, optimized: bool) -> Curve
         inner = marks[:-1, None] + np.diff(marks)[:, None] * (np.arange(parts) / parts)
         t = np.append(inner.ravel(), marks[-1])
         curve = through(t, _values(series, t))
-        middle = (t[1:] + t[:-1]) / 2
+        middle = ((t[1:] + t[:-1]) / 2)[spread(len(t) - 1, TRIED)]
         exact = _values(series, middle)
         polynomial = curve(middle)
         gap = np.abs(np.hstack([polynomial.q, polynomial.v]) - exact)
