@@ -23,7 +23,7 @@ from mecanique.formats.scope import (
     tendon_factors,
 )
 from mecanique.formats.sources import placement_at
-from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
+from mecanique.model.bodies.visuals import Visual, measure
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.forces import Damper, Spring
 from mecanique.model.joint_base import Single
@@ -137,16 +137,13 @@ class _Writer:
 
     def _geom(self, visual: Visual) -> Iterator[Tag]:
         """Yield a geom that touches nothing and has no mass."""
-        match visual.geometry:
-            case Box(edges):
-                form, sizes = "box", [edge / 2 for edge in self._mechanism.evaluate_all(edges)]
-            case Cylinder(radius, length):
-                r, l = self._mechanism.evaluate_all((radius, length))
-                form, sizes = "cylinder", [r, l / 2]
-            case Sphere(radius):
-                form, sizes = "sphere", self._mechanism.evaluate_all((radius,))
-            case _:
-                return
+        form, given = measure(visual.geometry)
+        if form == "mesh":
+            return
+        sizes = self._mechanism.evaluate_all(given)
+        if form != "sphere":  # half the edges, and half the length behind the radius
+            at = 0 if form == "box" else 1
+            sizes[at:] = [size / 2 for size in sizes[at:]]
         if not min(sizes) > 0:
             return
         looks = {} if visual.rgba is None else {"rgba": numbers(visual.rgba, "a color")}

@@ -16,8 +16,7 @@ from mecanique.formats.scope import (
     lifted_share,
 )
 from mecanique.model.bodies import Body
-from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
-from mecanique.model.expression import Scalar
+from mecanique.model.bodies.visuals import Mesh, Visual
 from mecanique.model.joint_base import Limits, Single
 from mecanique.model.joints import Fixed, Floating, Helical, Joint, Universal
 from mecanique.model.mechanism import Mechanism
@@ -25,7 +24,7 @@ from mecanique.model.placement import Placement
 from mecanique.urdf.dialect import DRAKE_NAMESPACE, UNBOUNDED, WORLD
 from mecanique.urdf.markup import Node, Tag, number, numbers, text
 from mecanique.urdf.names import Names
-from mecanique.urdf.write import SimpleJoint, axial_steps, chains, law_of_follower
+from mecanique.urdf.write import SimpleJoint, axial_steps, chains, law_of_follower, measure_in_words
 
 _VERSION = "1.11"
 """The first that states mimics."""
@@ -144,18 +143,11 @@ class _Writer:
         return Tag("link", *inside, name=self._names[body.name])
 
     def _visual(self, visual: Visual, index: int) -> Tag:
-        def measure(name: str, *values: Scalar) -> Tag:
-            return Tag(name, content=numbers(self._mechanism.evaluate_all(values), "a visual"))
-
-        match visual.geometry:
-            case Box(size):
-                shape = Tag("box", measure("size", *size))
-            case Cylinder(radius, length):
-                shape = Tag("cylinder", measure("radius", radius), measure("length", length))
-            case Sphere(radius):
-                shape = Tag("sphere", measure("radius", radius))
-            case Mesh(uri, _, scale):
-                shape = Tag("mesh", Tag("uri", content=uri), measure("scale", *scale))
+        kind, measures = measure_in_words(self._mechanism, visual.geometry, "a visual")
+        inside = [Tag(name, content=words) for name, words in measures.items()]
+        if isinstance(visual.geometry, Mesh):
+            inside.insert(0, Tag("uri", content=visual.geometry.uri))
+        shape = Tag(kind, *inside)
         parts = [Tag("pose", content=self._pose(visual.placement)), Tag("geometry", shape)]
         if visual.rgba is not None:
             color = Tag("diffuse", content=numbers(visual.rgba, "a color"))

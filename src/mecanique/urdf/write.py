@@ -15,7 +15,14 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError, UrdfError
 from mecanique.files import write_whole
 from mecanique.model.bodies import Body
-from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Rgba, Sphere, Visual
+from mecanique.model.bodies.visuals import (
+    Geometry,
+    GeometryKind,
+    Mesh,
+    Rgba,
+    Visual,
+    measure,
+)
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.expression import Scalar, Vector, plain, symbols_in
 from mecanique.model.force_base import BodyLoad, JointLoad, LineLoad, loads_in
@@ -219,25 +226,26 @@ def _link(mechanism: Mechanism, body: Body, colors: dict[Rgba, str]) -> Tag:
 
 
 def _visual(mechanism: Mechanism, visual: Visual, where: str, colors: dict[Rgba, str]) -> Tag:
-    shape: Tag
     what = f"a visual of {where}"
-    match visual.geometry:
-        case Box(size):
-            shape = Tag("box", size=numbers(mechanism.evaluate_all(size), what))
-        case Cylinder(radius, length):
-            measures = {"radius": radius, "length": length}
-            shape = Tag(
-                "cylinder",
-                **{key: number(mechanism.evaluate(m), what) for key, m in measures.items()},
-            )
-        case Sphere(radius):
-            shape = Tag("sphere", radius=number(mechanism.evaluate(radius), what))
-        case Mesh(uri, _, scale):
-            shape = Tag("mesh", filename=uri, scale=numbers(scale, what))
+    kind, measures = measure_in_words(mechanism, visual.geometry, what)
+    file = {"filename": visual.geometry.uri} if isinstance(visual.geometry, Mesh) else {}
+    shape = Tag(kind, **file, **measures)
     children: list[Node] = [*_origin(mechanism, visual.placement, what), Tag("geometry", shape)]
     if visual.rgba is not None:
         children.append(Tag("material", name=colors[visual.rgba]))
     return Tag("visual", *children, **({"name": visual.name} if visual.name else {}))
+
+
+def measure_in_words(
+    mechanism: Mechanism, geometry: Geometry, what: str
+) -> tuple[GeometryKind, dict[str, str]]:
+    """Return what a geometry is, and its sizes by the names that URDF and SDF have for them."""
+    kind, sizes = measure(geometry)
+    names = {"box": ["size"], "cylinder": ["radius", "length"], "sphere": ["radius"]}
+    values = mechanism.evaluate_all(sizes)
+    rows = [values] if len(values) == 3 else [[value] for value in values]
+    words = (numbers(row, what) for row in rows)
+    return kind, dict(zip(names.get(kind, ["scale"]), words, strict=True))
 
 
 def _joint(mechanism: Mechanism, joint: Joint, step: SimpleJoint) -> Tag:
@@ -263,31 +271,16 @@ def _joint(mechanism: Mechanism, joint: Joint, step: SimpleJoint) -> Tag:
 
 def _limit(step: SimpleJoint, where: str) -> Iterator[Tag]:
     """URDF demands limits for slides and bounded hinges, each with effort and velocity."""
-    if step.kind not in ("continuous", "revolute", "prismatic"):
-        return
-    bounds = step.limits
-    given = (
-        {}
-        if bounds is None
-        else {
-            "lower": bounds.lower,
-            "upper": bounds.upper,
-            "effort": bounds.effort,
-            "velocity": bounds.velocity,
-        }
-    )
+    limits = step.limits or Limits()
+    bounds = {"lower": limits.lower, "upper": limits.upper}
     if step.kind == "continuous":
-        wanted = [name for name in ("effort", "velocity") if given.get(name, UNBOUNDED) < UNBOUNDED]
-        if not wanted:
+        bounds = {}
+        if limits.effort >= UNBOUNDED and limits.velocity >= UNBOUNDED:
             return
-        wanted = ["effort", "velocity"]
-    else:
-        wanted = ["lower", "upper", "effort", "velocity"]
-    attributes = {}
-    for name in wanted:
-        value = given.get(name, -UNBOUNDED if name == "lower" else UNBOUNDED)
-        attributes[name] = number(min(max(value, -UNBOUNDED), UNBOUNDED), where)
-    yield Tag("limit", **attributes)
+    if step.kind in ("continuous", "revolute", "prismatic"):
+        bounds |= {"effort": limits.effort, "velocity": limits.velocity}
+        clipped = {name: min(max(x, -UNBOUNDED), UNBOUNDED) for name, x in bounds.items()}
+        yield Tag("limit", **{name: number(x, where) for name, x in clipped.items()})
 
 
 def axial_steps(mechanism: Mechanism) -> dict[str, str]:
