@@ -112,7 +112,9 @@ def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
             share = lifted_share(mechanism, force)
             if share is None or scope.lifts == "none" or (scope.lifts == "whole" and share != 1):
                 yield f"{force.kind} {force.name}: {form} states no such force"
-        elif form == "URDF" and isinstance(force, Spring) and _has_no_length(mechanism, force):
+        elif form == "URDF" and isinstance(force, Spring):
+            if mechanism.evaluate(force.free_length) > 0:
+                continue
             yield f"spring {force.name}: its free length is zero, and Drake's tag wants more"
     poses = mechanism.home_poses
     for loop in mechanism.loops:
@@ -140,7 +142,7 @@ def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
                 yield f"joint {joint.name}: free joints start at the world's frame"
         if form == "SDF" and _idles(mechanism, joint):
             yield f"joint {joint.name}: without effort it has no rotor in SDF"
-        body = next(body for body in mechanism.bodies if body.name == joint.child)
+        body = mechanism.body(joint.child)
         if body.as_given and form != "URDF":
             yield f"body {body.name}: no real body has its inertia, and engines of {form} refuse it"
     if scope.dialect:
@@ -186,10 +188,6 @@ def _idles(mechanism: Mechanism, joint: Joint) -> bool:
     return bool(mechanism.evaluate(joint.armature))
 
 
-def _has_no_length(mechanism: Mechanism, spring: Spring) -> bool:
-    return not mechanism.evaluate(spring.free_length) > 0
-
-
 def is_empty(mechanism: Mechanism, body: Body) -> bool:
     """Whether a body has neither mass nor inertia."""
     return not any(mechanism.evaluate_all((body.mass, *body.inertia)))
@@ -197,7 +195,7 @@ def is_empty(mechanism: Mechanism, body: Body) -> bool:
 
 def is_light(mechanism: Mechanism, joint: Joint, form: Form) -> bool:
     """Whether a joint moves a body without mass that stays one body in a format."""
-    (body,) = (body for body in mechanism.bodies if body.name == joint.child)
+    body = mechanism.body(joint.child)
     if isinstance(joint, Fixed) or mechanism.evaluate(body.mass) > 0:
         return False
     return form != "MJCF" or passes_on(mechanism, joint) is None
@@ -205,7 +203,7 @@ def is_light(mechanism: Mechanism, joint: Joint, form: Form) -> bool:
 
 def is_thin(mechanism: Mechanism, joint: Joint) -> bool:
     """Whether a joint moves a body with mass, but without inertia about some axis."""
-    (body,) = (body for body in mechanism.bodies if body.name == joint.child)
+    body = mechanism.body(joint.child)
     if isinstance(joint, Fixed) or body.as_given or is_empty(mechanism, body):
         return False
     moments = np.linalg.eigvalsh(tensor_of(mechanism.evaluate_all(body.inertia)))
@@ -255,7 +253,7 @@ def tendon_factors(mechanism: Mechanism, name: str) -> dict[str, float] | None:
 
 def _is_idle(mechanism: Mechanism, name: str) -> bool:
     """Whether a body has no mass, shows nothing, and nothing but joints acts on it."""
-    (body,) = (body for body in mechanism.bodies if body.name == name)
+    body = mechanism.body(name)
     ends = {end for loop in mechanism.loops for end in loop.bodies}
     ends |= {end for force in mechanism.forces for end in getattr(force, "bodies", ())}
     return is_empty(mechanism, body) and not body.visuals and name not in ends
@@ -281,7 +279,7 @@ def lifted_share(mechanism: Mechanism, force: AnyForce) -> float | None:
         given = np.array(mechanism.evaluate_all((*force.force, *force.point)))
     except (TypeError, ValueError):
         return None  # it is not constant
-    body = next(body for body in mechanism.bodies if body.name == force.body)
+    body = mechanism.body(force.body)
     weight = mechanism.evaluate(body.mass) * np.array(mechanism.evaluate_all(mechanism.gravity))
     if not weight.any():
         return None

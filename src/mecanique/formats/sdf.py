@@ -188,7 +188,7 @@ class _Reader(Source):
         for element in inside:
             if element.tag == "world":
                 self._check(element, "world")
-                self._read_gravity(element)
+                self.gravity = self._numbers_in(element, "gravity", self.gravity)
                 parts = element.children
             else:
                 parts = (element,)
@@ -763,9 +763,6 @@ class _Reader(Source):
                 self._loops.append(loop)
             case _:
                 raise self.refuse(element, f"a loop closed by a joint of type {kind!r} is not read")
-
-    def _read_gravity(self, world: Element) -> None:
-        self.gravity = self._numbers_in(world, "gravity", self.gravity)
 
     def _mechanism(self, name: str) -> Mechanism:
         bodies = [Body(GROUND)]

@@ -23,7 +23,7 @@ from typing import final
 import numpy as np
 
 from mecanique.model.constraints.cords import Belt, Cord
-from mecanique.model.constraints.elements import Element, force_names
+from mecanique.model.constraints.elements import force_names
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.expression import evaluate, plain, symbols_in
 from mecanique.model.joints import Joint
@@ -147,7 +147,8 @@ def _slopes(mechanism: Mechanism, names: tuple[str, ...]) -> np.ndarray:
 
 def _find_crossed(mechanism: Mechanism, joints: tuple[str, ...]) -> Iterator[str]:
     """The joints on the paths between the bodies that some joints connect."""
-    ends = {body for name in joints for body in _bodies(mechanism, name)}
+    tied = map(mechanism.joint, joints)
+    ends = {body for joint in tied for body in (joint.parent, joint.child)}
     for joint in mechanism.joints:
         beyond = {joint.child}
         for next_joint in mechanism.tree:
@@ -155,11 +156,6 @@ def _find_crossed(mechanism: Mechanism, joints: tuple[str, ...]) -> Iterator[str
                 beyond.add(next_joint.child)
         if ends & beyond and ends - beyond:
             yield joint.name
-
-
-def _bodies(mechanism: Mechanism, name: str) -> tuple[str, str]:
-    joint = mechanism.joint(name)
-    return joint.parent, joint.child
 
 
 _FIT = 1e-9
@@ -268,7 +264,7 @@ def work_fault(mechanism: Mechanism, work: np.ndarray) -> str:
         return ""
     worst = np.unravel_index(int(np.abs(work).argmax()), work.shape)
     velocity, force = mechanism.velocities[worst[-2]], int(worst[-1])
-    element = _owner(mechanism, force)
+    element = [element for element in mechanism.elements for _ in element.forces][force]
     law = ""
     if isinstance(element, Cord):
         law = (
@@ -281,7 +277,3 @@ def work_fault(mechanism: Mechanism, work: np.ndarray) -> str:
         f"work {work[worst]:.3g} per unit of {velocity} but must do none; correct its bodies, "
         f"points, radii or senses, or the map{law}"
     )
-
-
-def _owner(mechanism: Mechanism, force: int) -> Element:
-    return [element for element in mechanism.elements for _ in element.forces][force]

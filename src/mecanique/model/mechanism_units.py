@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from mecanique.model.force_base import LineLoad
 from mecanique.model.joint_base import UNITS
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.homogeneity import dimensions_of
-from mecanique.model.units import PURE, Dimension, say_unit
+from mecanique.model.units import PURE, say_unit
 
 _NONE = 1e-6
 """Lengths up to this count as none [m]."""
@@ -34,7 +34,8 @@ def units(mechanism: Mechanism) -> dict[str, str]:
     inferred = dimensions_of(mechanism).states
     for name in mechanism.coordinates:
         if name not in by_coordinate:
-            by_coordinate[name] = _infer_unit(mechanism, name, inferred)
+            unit = say_unit(inferred[name]) if name in inferred else ""
+            by_coordinate[name] = "rad" if inferred.get(name) == PURE else unit
     by_name = {name: by_coordinate[name] for name in mechanism.coordinates}
     for name in mechanism.velocities:
         by_name[name] = quasi[name] if name in quasi else per_second(by_coordinate[name[:-1]])
@@ -87,14 +88,6 @@ def per_second(unit: str) -> str:
 def add_unit(name: str, unit: str) -> str:
     """Return a name with its unit in brackets, if there is one."""
     return f"{name} [{unit}]" if unit else name
-
-
-def _infer_unit(mechanism: Mechanism, name: str, inferred: Mapping[str, Dimension]) -> str:
-    if name not in inferred:
-        return ""
-    if inferred[name] != PURE:
-        return say_unit(inferred[name])
-    return "rad"
 
 
 def coordinate_scales(mechanism: Mechanism, velocities: Array, length: float) -> Array:

@@ -103,12 +103,13 @@ def rotate(matrix: Matrix3, components: Vector) -> tuple[Scalar, Scalar, Scalar]
 def _dot(row: Vector, components: Vector) -> Scalar:
     total: Any = 0
     for a, b in zip(row, components, strict=True):
-        if not _is_zero(a):
+        if not is_zero(a):
             total = total + a * b
     return total
 
 
-def _is_zero(scalar: Scalar) -> bool:
+def is_zero(scalar: Scalar) -> bool:
+    """Return whether a scalar is the number zero."""
     return isinstance(scalar, (int, float)) and scalar == 0
 
 

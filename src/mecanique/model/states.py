@@ -110,19 +110,7 @@ class States:
         if tau is not None:
             names, parts["tau"] = _efforts(mechanism, tau)
         times = column_of(t, "time t")
-        if not times.ndim and all(rows.ndim == 1 for rows in parts.values()):
-            rows = {name: part[None] for name, part in parts.items()}
-            efforts = Efforts(mechanism, names, rows["tau"]) if names else None
-            return cls(
-                mechanism=mechanism,
-                q=rows["q"],
-                v=rows["v"],
-                t=times[None],
-                a=rows["a"],
-                single=True,
-                efforts=efforts,
-                asked=q,
-            )
+        single = not times.ndim and all(part.ndim == 1 for part in parts.values())
         lengths = {name: len(rows) for name, rows in parts.items() if rows.ndim == 2}
         lengths |= {"t": len(times)} if times.ndim else {}
         if len(set(lengths.values())) > 1:
@@ -130,11 +118,15 @@ class States:
             raise InputError(
                 f"expected one number of states in {', '.join(parts)} and t, got {counts}"
             )
-        n = next(iter(lengths.values()))
-        rows = {name: np.broadcast_to(part, (n, part.shape[-1])) for name, part in parts.items()}
-        times = np.broadcast_to(times, (n,))
-        efforts = Efforts(mechanism, names, rows["tau"]) if names else None
-        return cls(mechanism, rows["q"], rows["v"], times, rows["a"], efforts=efforts, asked=q)
+        n = next(iter(lengths.values()), 1)
+        parts["t"] = times[..., None]
+        rows = {
+            name: part[None] if single else np.broadcast_to(part, (n, part.shape[-1]))
+            for name, part in parts.items()
+        }
+        efforts = Efforts(mechanism, names, rows.pop("tau")) if names else None
+        rows["t"] = rows["t"][:, 0]
+        return cls(mechanism, **rows, single=single, efforts=efforts, asked=q)
 
     def __len__(self) -> int:
         return len(self.t)

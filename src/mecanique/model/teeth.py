@@ -210,20 +210,16 @@ def teeth_of(mechanism: Mechanism) -> tuple[Toothed, ...]:
     placed: dict[tuple[str, bool], Toothed] = {}
     waiting = [mesh for mesh in meshes if _has_axes(mechanism, mesh)]
     counts = _count(mechanism, waiting)
+    carried = {joint.name: joint.child for joint in mechanism.joints}
     while waiting:
         # what meshes with wheels that have teeth comes first
         known = {body for body, _ in placed}
-        mesh = next((m for m in waiting if known & _parts(mechanism, m)), waiting[0])
+        mesh = next((m for m in waiting if known & {*map(carried.get, m.joints)}), waiting[0])
         waiting.remove(mesh)
         for teeth in _mesh(mechanism, mesh, poses, counts[id(mesh)], placed):
             key = teeth.body, isinstance(teeth, WheelTeeth) and teeth.internal
             placed.setdefault(key, teeth)
     return tuple(placed.values())
-
-
-def _parts(mechanism: Mechanism, mesh: Gear | Rack) -> set[str]:
-    """The bodies that mesh."""
-    return {mechanism.joint(name).child for name in mesh.joints}
 
 
 def _mesh(

@@ -12,7 +12,7 @@ from __future__ import annotations
 import re
 import warnings
 from array import array
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from itertools import islice
@@ -348,15 +348,12 @@ def _rotate(axis_and_angle: Array) -> Array:
     return pose
 
 
-def _transform(numbers: Array) -> Array:
-    return numbers.reshape(4, 4)
-
-
-def _scale(factors: Array) -> Array:
-    return np.diag([*factors, 1.0])
-
-
-_TRANSFORMS = {"matrix": _transform, "translate": _translate, "rotate": _rotate, "scale": _scale}
+_TRANSFORMS: Mapping[str, Callable[[Array], Array]] = {
+    "matrix": lambda numbers: numbers.reshape(4, 4),
+    "translate": _translate,
+    "rotate": _rotate,
+    "scale": lambda factors: np.diag([*factors, 1.0]),
+}
 
 
 def read_mesh(path: Path) -> tuple[Surface, ...]:

@@ -12,7 +12,7 @@ import numpy as np
 from mecanique.errors import InputError
 from mecanique.model.bodies.visuals import Rgba, Visual
 from mecanique.model.expression import Scalar, Vector, plain
-from mecanique.model.placement import Matrix3, Placement, rotate, vector
+from mecanique.model.placement import Matrix3, Placement, is_zero, rotate, vector
 
 Inertia: TypeAlias = "tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]"
 """ixx, iyy, izz, ixy, ixz, iyz: entries of the tensor, as in URDF (ixy is no product)."""
@@ -93,7 +93,7 @@ def as_tuple(values: object, what: str, kind: type = object) -> tuple[Any, ...]:
 
 def combine(shapes: Sequence[Shape]) -> Shape:
     """Return several shapes as one: masses add, inertias add about the common center of mass."""
-    heavy = [shape for shape in shapes if not all(map(_is_zero, (shape.mass, *shape.inertia)))]
+    heavy = [shape for shape in shapes if not all(map(is_zero, (shape.mass, *shape.inertia)))]
     visuals = tuple(visual for shape in shapes for visual in shape.visuals)
     if len(heavy) == 1:
         return replace(heavy[0], visuals=visuals)
@@ -103,7 +103,7 @@ def combine(shapes: Sequence[Shape]) -> Shape:
     center: list[Scalar] = []
     for column in zip(*(shape.center for shape in heavy), strict=True):
         moments = [shape.mass * c for shape, c in zip(heavy, column, strict=True)]
-        center.append(0.0 if all(map(_is_zero, moments)) else _total(moments) / mass)
+        center.append(0.0 if all(map(is_zero, moments)) else _total(moments) / mass)
     x, y, z = center
     inertia: list[Scalar] = [0.0] * 6
     for shape in heavy:
@@ -119,10 +119,6 @@ def combine(shapes: Sequence[Shape]) -> Shape:
 def _total(terms: Any) -> Scalar:
     first, *rest = terms
     return sum(rest, first)
-
-
-def _is_zero(scalar: Scalar) -> bool:
-    return isinstance(scalar, (int, float)) and scalar == 0
 
 
 def _sum(a: Vector, b: Vector) -> tuple[Scalar, Scalar, Scalar]:

@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias, final
 
 from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, Vector, finite, plain
-from mecanique.model.placement import Placement, rotate, vector
+from mecanique.model.placement import Placement, is_zero, rotate, vector
 
 Rgba: TypeAlias = "tuple[float, float, float, float]"
 
@@ -189,9 +189,9 @@ class Visual:
 
 def _compose(outer: Placement, inner: Placement) -> tuple[Scalar, Scalar, Scalar]:
     """Roll, pitch, yaw of two turns in a row."""
-    if all(isinstance(angle, float) and angle == 0 for angle in outer.rpy):
+    if all(map(is_zero, outer.rpy)):
         return inner.rpy
-    if all(isinstance(angle, float) and angle == 0 for angle in inner.rpy):
+    if all(map(is_zero, inner.rpy)):
         return outer.rpy
     rows = [rotate(outer.rotation, column) for column in zip(*inner.rotation, strict=True)]
     (r00, r10, r20), (r01, r11, r21), (_, _, r22) = rows

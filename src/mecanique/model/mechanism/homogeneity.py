@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import final
 
 from mecanique.model.bodies.body import Shape
-from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Sphere
+from mecanique.model.bodies.visuals import measure
 from mecanique.model.expression import DISTANCE, Scalar, symbols_in
 from mecanique.model.forces import CentralForce
 from mecanique.model.joint_base import UNITS, Single
@@ -142,16 +142,9 @@ def _of_shape(where: str, shape: Shape) -> Iterator[_Place]:
     yield _Place(f"{where}: its center of mass", shape.center, "m")
     yield _Place(f"{where}: its inertia", shape.inertia, "kg·m²")
     for visual in shape.visuals:
-        yield _Place(f"{where}: what is drawn of it", _edges(visual.geometry), "m")
+        kind, sizes = measure(visual.geometry)
+        yield _Place(f"{where}: what is drawn of it", () if kind == "mesh" else sizes, "m")
         yield from _of_frame(f"{where}: the place of what is drawn of it", visual.placement)
-
-
-def _edges(geometry: Geometry) -> tuple[Scalar, ...]:
-    if isinstance(geometry, Box):
-        return geometry.size
-    if isinstance(geometry, Cylinder):
-        return geometry.radius, geometry.length
-    return (geometry.radius,) if isinstance(geometry, Sphere) else ()
 
 
 def _of_frame(where: str, frame: Placement) -> Iterator[_Place]:

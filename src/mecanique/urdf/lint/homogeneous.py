@@ -233,10 +233,11 @@ class Inertias(Legible):
         )
         lines = [head] if self.links else []
         for link in self.links:
+            times = f"× {link.ratio:.3g}" if math.isfinite(link.ratio) else "-"
             lines.append(
                 f"{link.name:<{width}}  {link.mass:10.4g}  {link.by_shape:10.4g}  "
                 f"{1e6 * link.solid.volume:12.4g}  {link.density:9.4g}  "
-                f"{1000 * link.off:7.3g} mm  {_times(link.ratio):>8}  {link.solid.kind}"
+                f"{1000 * link.off:7.3g} mm  {times:>8}  {link.solid.kind}"
             )
         if self.unknown:
             lines.append(f"no closed shape: {', '.join(self.unknown)}")
@@ -407,7 +408,3 @@ def _inertial(link: LinkInertia) -> str:
         f'<inertial>\n      <origin xyz="{center}" rpy="0 0 0"/>\n'
         f'      <mass value="{link.by_shape:.9g}"/>\n      <inertia {inertia}/>\n    </inertial>'
     )
-
-
-def _times(ratio: float) -> str:
-    return f"× {ratio:.3g}" if math.isfinite(ratio) else "-"

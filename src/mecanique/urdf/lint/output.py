@@ -67,9 +67,11 @@ def _rule(rule: Rule) -> dict[str, Any]:
 
 
 def _result(finding: Finding, index: int) -> dict[str, Any]:
+    file = finding.file
+    uri = Path(file).as_uri() if os.path.isabs(file) else quote(file.replace(os.sep, "/"))
     place: dict[str, Any] = {
         "physicalLocation": {
-            "artifactLocation": {"uri": _uri(finding.file)},
+            "artifactLocation": {"uri": uri},
             "region": {"startLine": max(finding.line, 1)},
         }
     }
@@ -83,7 +85,3 @@ def _result(finding: Finding, index: int) -> dict[str, Any]:
         "message": {"text": f"{text}. {finding.why} {finding.remedy}"},
         "locations": [place],
     }
-
-
-def _uri(file: str) -> str:
-    return Path(file).as_uri() if os.path.isabs(file) else quote(file.replace(os.sep, "/"))

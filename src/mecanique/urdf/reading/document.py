@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -195,7 +195,7 @@ def _read_robot(
     complete = complete and len(joints) == tags.count("joint") + tags.count(DRAKE_JOINT)
     root = root_of(links, joints, report, complete)
     mimics = followers(joints, report)
-    extensions = read_extensions(robot, _names(links), joints, report)
+    extensions = read_extensions(robot, {link.name for link in links}, joints, report)
     return UrdfDocument(
         text=text,
         name=named or "robot",
@@ -210,10 +210,6 @@ def _read_robot(
         searched=search.searched,
         values=values,
     )
-
-
-def _names(links: list[UrdfLink]) -> Collection[str]:
-    return {link.name for link in links}
 
 
 def _bytes(file: Path | None, report: Report) -> bytes | None:

@@ -50,7 +50,7 @@ def with_properties(mechanism: Mechanism, values: Mapping[str, float], read: Rea
     for point in points:
         varied = _read(read, dict(zip(names, (base * point).tolist(), strict=True)))
         _refuse_others(mechanism, varied, names)
-        rows.append(_values(varied))
+        rows.append(varied.evaluate_all(entry.value for entry in _entries(varied)))
     samples = np.array(rows)
     powers = np.prod(points[:, None, :] ** exponents, axis=2)
     fitted = len(lattice)
@@ -159,10 +159,6 @@ def _entries(mechanism: Mechanism) -> Iterator[_Entry]:
         for axis, value in zip("xyz", joint.origin.xyz, strict=True):
             key = ("joint", joint.name, axis)
             yield _Entry("lengths", key, value, "m", f"{axis} of joint")
-
-
-def _values(mechanism: Mechanism) -> Array:
-    return np.array(mechanism.evaluate_all(entry.value for entry in _entries(mechanism)))
 
 
 def _write(

@@ -85,7 +85,9 @@ class MeshSearch:
         if scheme in ("package", "model"):
             package, _, inside = rest.lstrip("/").partition("/")
             inside = inside.lstrip("/")  # after package://name//, still below the package
-            if _climbs(inside) or _has_drive(rest) or package in ("", ".", ".."):
+            # a drive of Windows would take the place of all before it
+            drive = any(part[1:2] == ":" for part in rest.split("/"))
+            if _climbs(inside) or drive or package in ("", ".", ".."):
                 raise OutsideError
             candidates: Iterable[Path] = (root / inside for root in self._packages(package))
         elif scheme in ("", "file"):
@@ -97,7 +99,8 @@ class MeshSearch:
                 return None
             else:
                 candidates = [Path(os.path.normpath(self._folder / rest))]
-            if not any(_below(root, path) for path in candidates for root in self._roots()):
+            roots = {*self._roots()}
+            if not any(roots & {path, *path.parents} for path in candidates):
                 if _climbs(rest):
                     raise OutsideError
                 return None
@@ -185,15 +188,6 @@ def _climbs(path: str) -> bool:
         if depth < 0:
             return True
     return False
-
-
-def _has_drive(path: str) -> bool:
-    """Whether a part names a drive of Windows, which would take the place of all before it."""
-    return any(part[1:2] == ":" for part in path.split("/"))
-
-
-def _below(root: Path, path: Path) -> bool:
-    return path == root or root in path.parents
 
 
 def _is_mesh(path: Path) -> bool:
