@@ -5,10 +5,11 @@
 
 Takes NUMBER places of derivation, reference and verification at random and changes one operator
 at each: a sign, + for −, · for /, a product's order, a comparison, an index or a number. Each
-change meets the tests that run its line, fastest first, in a fork of a process that has collected
-all tests; the code of the loaded functions is exchanged, nothing is written into the source. A
-test that fails, or that never ends, has caught the change. Text is left alone: strings, error
-messages, functions that return a string. A part of a run is a fair sample: the order is random.
+change meets the tests that run its line, fastest first, then the others of their files, in a fork
+of a process that has collected all tests; the code of the loaded functions is exchanged, nothing is
+written into the source. A test that fails, or that never ends, has caught the change. Text is left
+alone: strings, error messages, functions that return a string. A part of a run is a fair sample:
+the order is random.
 --room changes one room alone, --again tries what survived a former run once more, --tests meets
 them with these tests alone.
 """
@@ -221,11 +222,18 @@ class Record(NamedTuple):
         return cls(found["seconds"], tests)
 
     def covering(self, change: Change) -> list[str]:
-        """Return the tests that run what was changed, the fastest first, until it is enough."""
+        """Return the tests that run what was changed, then those beside them, the fastest first."""
         of_module = self.tests.get(str(change.path.relative_to(ROOT)), {})
         lines = of_module if change.at_import else change.lines
-        found = {test for line in lines for test in of_module.get(line, ())}
-        fastest = sorted(found, key=lambda test: self.seconds[test])
+        direct = {test for line in lines for test in of_module.get(line, ())}
+        # what a shared fixture or a cache holds was computed by the first of the tests that use it
+        files = {test.split("::")[0] for test in direct}
+        beside = {test for test in self.seconds if test.split("::")[0] in files} - direct
+        fastest = [
+            test
+            for tests in (direct, beside)
+            for test in sorted(tests, key=self.seconds.__getitem__)
+        ]
         total = accumulate(self.seconds[test] for test in fastest)
         return [test for test, spent in zip(fastest, total, strict=True) if spent < ENOUGH]
 

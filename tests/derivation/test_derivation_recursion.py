@@ -11,6 +11,7 @@ from derivation_samples import SAMPLES, sample, states
 from systems import FREE
 
 from mecanique import textbook
+from mecanique.derivation.mechanics import vectors
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.errors import DerivationError
@@ -200,3 +201,43 @@ def test_a_turned_axis_is_that_of_another_joint(joint: type[Revolute | Prismatic
         # what is varied again keeps the turn
         again = varied.vary(moments=dict(enumerate(varied.moments)))
         assert difference(again.bias(some), turned.bias(some)) < 1e-14
+
+
+def test_scalars_and_arrays_have_the_same_laws_of_turning_bodies() -> None:
+    """Energy, angular momentum and axial vectors, of arrays over states and of plain numbers."""
+    random = np.random.default_rng(4)
+    w, alpha = random.normal(size=(2, 3))
+    E = random.normal(size=(3, 3))
+    E = E + E.T
+    U = np.cross(np.eye(3), -alpha).T + np.outer(w, w) - w @ w * np.eye(3)
+    for of_plain, of_arrays, by_hand in (
+        (
+            vectors.turning_energy([*w], E.tolist(), 0.7),
+            vectors.turning_energy(w[:, None], E[..., None], 0.7),
+            w @ (np.trace(E) * np.eye(3) - E) @ w + 1.4,
+        ),
+        (
+            vectors.turning_momentum([*w], E.tolist()),
+            vectors.turning_momentum(w[:, None], E[..., None]),
+            np.trace(E) * w - E @ w,
+        ),
+        (
+            vectors.acceleration_field([*w], [*alpha]),
+            vectors.acceleration_field(w[:, None], alpha[:, None]),
+            U,
+        ),
+        (
+            vectors.axial(U.tolist(), E.tolist()),
+            vectors.axial(U[..., None], E[..., None]),
+            [(U @ E)[i - 1, i - 2] - (U @ E)[i - 2, i - 1] for i in range(3)],
+        ),
+    ):
+        assert np.allclose(of_plain, by_hand, rtol=1e-13)
+        assert np.allclose(np.asarray(of_arrays)[..., 0], by_hand, rtol=1e-13)
+
+
+def test_a_field_of_accelerations_of_a_link_whose_spin_is_the_same_in_all_states() -> None:
+    w, alpha = np.array([[1.0], [0.0], [0.0]]), np.array([[0.0, 0.0], [0.0, 0.0], [3.0, 5.0]])
+    U = vectors.acceleration_field(w, alpha)
+    assert np.array_equal(U[..., 0], [[0, -3, 0], [3, -1, 0], [0, 0, -1]])
+    assert np.array_equal(U[..., 1], [[0, -5, 0], [5, -1, 0], [0, 0, -1]])

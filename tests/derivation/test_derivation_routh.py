@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from derivation_reading import residual
-from sympy import Symbol
+from sympy import Symbol, sin
 
 import mecanique as mq
 from mecanique import textbook
@@ -97,6 +97,24 @@ def test_coupled_velocities_and_a_damper_on_another_coordinate() -> None:
     assert (reduced.cyclic, reduced.momenta) == (("x",), ("P_x",))
     assert reduced.compare() < 1e-9
     assert "∂D/∂q'" in reduced.text()
+
+
+def test_a_cyclic_coordinate_along_a_track_that_shakes() -> None:
+    """T has terms that are linear in x', which are part of p_x."""
+    cart = coupled(mq.Parameter("p_x", 1.0))
+    shaken = replace(
+        cart,
+        bodies=(*cart.bodies, mq.Body("track")),
+        joints=(
+            mq.Prismatic("shaker", "ground", "track", axis=(1, 0, 0), coordinate="X"),
+            replace(cart.joint("rail"), parent="track"),
+            cart.joint("pin"),
+        ),
+        coordinates=mq.Coordinates((), {"X": 0.1 * sin(5 * mq.time())}),
+    )
+    reduced = mq.routh(shaken)
+    assert reduced.cyclic == ("x",)
+    assert reduced.compare() < 1e-9
 
 
 def test_a_wide_denominator_is_written_in_latex() -> None:

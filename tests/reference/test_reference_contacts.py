@@ -104,16 +104,18 @@ def test_directions_turn_the_less_surely_the_nearer_a_ball_is_to_the_top_of_a_bo
     assert margin(Rolling("flat", "body", 0.5, axis=None), [0, 0, 0.5, 0, 0, 0, 1]) == 1
 
 
-def test_a_wheel_rolls_on_a_plate_that_swings() -> None:
+def test_a_wheel_rolls_on_a_plate_in_gimbals() -> None:
     """γ is J' v: its lean changes as the plate's normal turns, and as its own axis does."""
     bodies = (
         Body("ground"),
+        Body("gimbal", box(0.1, (0.1, 0.1, 0.1))),
         Body("plate", box(2.0, (1, 1, 0.1))),
         Body("fork", box(0.1, (0.1, 0.1, 0.1))),
         Body("wheel", box(1.4, (0.3, 0.1, 0.3))),
     )
     joints = (
-        Revolute("swing", "ground", "plate", axis=(0.6, 0.8, 0), coordinate="a"),
+        Revolute("swing", "ground", "gimbal", axis=(0.6, 0.8, 0), coordinate="a"),
+        Revolute("tip", "gimbal", "plate", axis=(0.8, -0.6, 0), coordinate="b"),
         Planar("plane", "ground", "fork", names=("x", "y", "yaw")),
         Prismatic("lift", "fork", "post", axis=(0, 0, 1), coordinate="z"),
         Revolute("lean", "post", "hub", axis=(1, 0, 0), coordinate="lean"),
@@ -121,12 +123,12 @@ def test_a_wheel_rolls_on_a_plate_that_swings() -> None:
     )
     extra = (Body("post", box(0.1, (0.1, 0.1, 0.1))), Body("hub", box(0.1, (0.1, 0.1, 0.1))))
     rolling = Rolling("c", "wheel", 0.5, crown=0.1, on="plate")
-    mechanism = Mechanism("swinging", (*bodies, *extra), joints, contacts=(rolling,))
+    mechanism = Mechanism("gimbals", (*bodies, *extra), joints, contacts=(rolling,))
     reference = Reference(mechanism)
-    q0 = np.array([0.3, 0.2, -0.1, 0.7, 0.6, 0.5, 0.4])
+    q0 = np.array([0.3, -0.2, 0.2, -0.1, 0.7, 0.6, 0.5, 0.4])
     q = assemble(mechanism, dict(zip(mechanism.coordinates, q0, strict=True)))
     allowed = np.linalg.svd(reference.constraint_jacobian(q))[2][3:]
-    v = allowed.T @ np.array([0.9, -0.7, 0.8, 0.6])
+    v = allowed.T @ np.array([0.9, -0.7, 0.8, 0.6, -0.5])
     h = 1e-5
 
     def rate(step: float) -> np.ndarray:
