@@ -133,7 +133,7 @@ ORDER: dict[str, list[str]] = {
         "loops",
         "reference",
     ],
-    "reference.engine": ["answers package", "load", "chart", "forces", "rhs", "tree", "many"],
+    "reference.engine": ["answers package", "load", "chart", "forces", "rhs", "tree", "bodies"],
     "reference.engine.forces": ["sites", "elements loads"],
     "reference.loops": [
         "nullspace",

@@ -12,7 +12,6 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.errors import EngineError, InputError, MecaniqueError
-from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.dynamics import Dynamics, Quantity
 from mecanique.model.expression import finite
@@ -32,8 +31,17 @@ from mecanique.reference.engine.answers import (
     Wrench,
     local_point,
 )
+from mecanique.reference.engine.bodies import (
+    Frame,
+    energies,
+    massive,
+    momenta,
+    motions,
+    move_frames,
+    read_frames,
+    resultants,
+)
 from mecanique.reference.engine.forces.elements import Guided
-from mecanique.reference.engine.many import center_speeds, energies, momenta, resultants
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.engine.tree import EngineTree
@@ -218,7 +226,7 @@ class Reference(Dynamics):
             v: shape (n, nv).
             t: shape (n,) [s].
         """
-        return Energy(*energies(self._tree, q, v, t).T)
+        return energies(self._tree, q, v, t)
 
     def momentum(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Momentum:
         """Return the momenta of all bodies, world axes.
@@ -228,17 +236,7 @@ class Reference(Dynamics):
             v: shape (nv,).
             t: time [s].
         """
-        moved = self._motions(States.of(self.mechanism, q, v, t))
-        masses, levers, inertias = self._moving
-        centers, speeds, _ = _points(moved, levers)
-        turns = moved.poses[..., :3, :3]
-        spins = (np.swapaxes(turns, -1, -2) @ moved.angular_velocities[..., None])[..., 0]
-        about_centers = (turns @ np.einsum("bij,...bj->...bi", inertias, spins)[..., None])[..., 0]
-        pushes = masses[:, None] * speeds
-        linear = pushes.sum(axis=-2)
-        angular = (np.cross(centers, pushes) + about_centers).sum(axis=-2)
-        center = masses @ centers / (self.total_mass or 1.0)
-        return Momentum(linear, angular, angular - np.cross(center, linear))
+        return momenta(self._tree, self._frames(States.of(self.mechanism, q, v, t)))
 
     def quick_momenta(self, q: Array, v: Array, t: Array) -> Momentum:
         """Return the momenta in many states at once, unchecked, by sums over the bodies.
@@ -248,7 +246,7 @@ class Reference(Dynamics):
             v: shape (n, nv).
             t: shape (n,) [s].
         """
-        return Momentum(*np.moveaxis(momenta(self._tree, q, v, t), 1, 0))
+        return momenta(self._tree, move_frames(self._tree, q, v, t, np.zeros_like(v)))
 
     def resultant(
         self, q: Given, v: Given = None, t: float | Array = 0.0, a: Given = None
@@ -270,9 +268,10 @@ class Reference(Dynamics):
         states = States.of(self.mechanism, q, v, t, a)
         changes = states.a if a is not None else self.quick_accelerations(states)
         with np.errstate(all="ignore"):
-            parts = resultants(self._tree, states.q, states.v, states.t, changes)
-        self._refuse_infinite(states, parts)
-        return Resultant(*np.moveaxis(parts[0] if states.single else parts, -2, 0))
+            frames = move_frames(self._tree, states.q, states.v, states.t, changes)
+            resultant = resultants(self._tree, frames)
+        self._refuse_infinite(states, np.stack(resultant, axis=1))
+        return Resultant(*map(states.unbatch, resultant))
 
     def quick_accelerations(self, states: States) -> Array:
         """Return the accelerations at states of one motion, shape (n, nv), without many checks.
@@ -382,9 +381,9 @@ class Reference(Dynamics):
         Raises:
             UnknownNameError: if there is no such body.
         """
-        k = self.mechanism.bodies.index(self.mechanism.body(body))
-        moved = self._motions(States.of(self.mechanism, q, v, t))
-        return Twist(moved.velocities[..., k, :], moved.angular_velocities[..., k, :])
+        holder = self._tree.engine.holders[self.mechanism.body(body).name]
+        frame = self._frames(States.of(self.mechanism, q, v, t))[holder.joint]
+        return Twist(frame.velocity_of(holder.placement.translation), frame.spin)
 
     def motions(
         self, q: Given, v: Given = None, a: Given = None, t: float | Array = 0.0
@@ -397,27 +396,11 @@ class Reference(Dynamics):
             a: shape (nv,).
             t: time [s].
         """
-        return self._motions(States.of(self.mechanism, q, v, t, a))
+        return motions(self._tree, self._frames(States.of(self.mechanism, q, v, t, a)))
 
-    def _motions(self, states: States) -> BodyMotions:
-        holders = [self._tree.engine.holders[body.name] for body in self.mechanism.bodies]
-        joints = self._answer(states, self._tree.carry, accelerations=True)
-        rows = joints[..., [holder.joint for holder in holders], :]
-        turns, places, twists, rates = np.split(rows, (9, 12, 18), axis=-1)
-        turns = turns.reshape(*turns.shape[:-1], 3, 3)
-        at = np.array([holder.placement.translation for holder in holders])
-        omega, alpha = twists[..., 3:], rates[..., 3:]
-        velocity = twists[..., :3] + np.cross(omega, at)
-        # from the spatial to the classical acceleration
-        change = rates[..., :3] + np.cross(alpha, at) + np.cross(omega, velocity)
-        arm = np.broadcast_to(at, velocity.shape)
-        vectors = turns @ np.stack((arm, velocity, omega, change, alpha), axis=-1)
-        arm, *motions = np.moveaxis(vectors, -1, 0)
-        poses = np.zeros((*places.shape[:-1], 4, 4))
-        poses[..., :3, :3] = turns @ np.array([holder.placement.rotation for holder in holders])
-        poses[..., :3, 3] = places + arm
-        poses[..., 3, 3] = 1.0
-        return BodyMotions(poses, *motions)
+    def _frames(self, states: States) -> list[Frame]:
+        """Return the frames of the joints, as the engine answers them."""
+        return read_frames(self._answer(states, self._tree.carry, accelerations=True))
 
     def center_speeds(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
         """Return the speeds of all bodies' centers of mass, in their order, shape (nb,) [m/s].
@@ -428,10 +411,12 @@ class Reference(Dynamics):
             t: time [s].
         """
         states = States.of(self.mechanism, q, v, t)
+        holders = [self._tree.engine.holders[body.name] for body in self.mechanism.bodies]
         with np.errstate(all="ignore"):
-            speeds = center_speeds(self._tree, states.q, states.v, states.t)
-        self._refuse_infinite(states, speeds)
-        return speeds[0] if states.single else speeds
+            frames = move_frames(self._tree, states.q, states.v, states.t, states.a)
+            centers = [frames[h.joint].velocity_of(h.inertia.lever) for h in holders]
+            speeds = np.linalg.norm(np.stack(centers, axis=1), axis=-1)
+        return states.unbatch(self._refuse_infinite(states, speeds))
 
     def point(
         self,
@@ -455,9 +440,9 @@ class Reference(Dynamics):
         Raises:
             UnknownNameError: if there is no such body.
         """
-        k, local = self.mechanism.bodies.index(self.mechanism.body(body)), local_point(xyz)
-        moved = self._motions(States.of(self.mechanism, q, v, t, a))
-        return PointMotion(*(part[..., k, :] for part in _points(moved, local)))
+        holder = self._tree.engine.holders[self.mechanism.body(body).name]
+        frames = self._frames(States.of(self.mechanism, q, v, t, a))
+        return frames[holder.joint].motion_of(holder.placement.act(local_point(xyz)))
 
     def jacobian(self, body: str, q: Given, t: float | Array = 0.0) -> Array:
         """Return a body's Jacobian: velocity of its origin and angular velocity, world axes.
@@ -541,19 +526,12 @@ class Reference(Dynamics):
             raise EngineError(
                 f"mechanism {self.mechanism.name!r} has no moving mass, so no center of mass"
             )
-        masses, levers, _ = self._moving
-        parts = _points(self._motions(States.of(self.mechanism, q, v, t, a)), levers)
-        return PointMotion(*(masses @ part / self.total_mass for part in parts))
-
-    @cached_property
-    def _moving(self) -> tuple[Array, Array, Array]:
-        """Masses, centers and inertias of all bodies in their frames, without mass where welded."""
-        m, holders = self.mechanism, self._tree.engine.holders
-        moves = np.array([holders[body.name].joint > 0 for body in m.bodies], dtype=float)
-        masses = moves * m.evaluate_all(body.mass for body in m.bodies)
-        centers = np.array([m.evaluate_all(body.center) for body in m.bodies])
-        inertias = np.array([tensor_of(m.evaluate_all(body.inertia)) for body in m.bodies])
-        return masses, centers, moves[:, None, None] * inertias
+        frames = self._frames(States.of(self.mechanism, q, v, t, a))
+        centers = [
+            np.array(frame.motion_of(inertia.lever)) * (inertia.mass / self.total_mass)
+            for inertia, frame in massive(self._tree, frames)
+        ]
+        return PointMotion(*np.sum(centers, axis=0))
 
     # constraints, and the motions they allow: Φ(q, t) = 0, J v + ∂Φ/∂t = 0, J a + γ = 0
 
@@ -1077,18 +1055,6 @@ def _load(mechanism: Mechanism, rank: int | None) -> Reference:
     if reference._closed is None or rank is None:
         return reference
     return Reference._over(Loaded(reference._tree, reference._closed.with_rank(rank)))
-
-
-def _points(moved: BodyMotions, local: Array) -> tuple[Array, Array, Array]:
-    """Return position, velocity and acceleration of a point of each body, shape (…, nb, 3)."""
-    arms = (moved.poses[..., :3, :3] @ local[..., None])[..., 0]
-    omega, alpha = moved.angular_velocities, moved.angular_accelerations
-    swing = np.cross(omega, arms)
-    return (
-        moved.poses[..., :3, 3] + arms,
-        moved.velocities + swing,
-        moved.accelerations + np.cross(alpha, arms) + np.cross(omega, swing),
-    )
 
 
 def _names_of(flags: npt.NDArray[np.bool_]) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.reference.vectors import cross, hat
+from mecanique.reference.vectors import cross, hat, turn_about, turn_of
 
 __version__ = "stand-in"
 
@@ -243,22 +243,9 @@ class Joint:
         if self.kind == "prismatic":
             return np.eye(3), self.axis * values[0]
         if self.kind == "floating":
-            return _turn_of(values[3:]), values[:3]
+            return turn_of(values[3:]), values[:3]
         c, s = values if self.nq == 2 else (math.cos(values[0]), math.sin(values[0]))
-        outer = np.outer(self.axis, self.axis)
-        return c * np.eye(3) + s * hat(self.axis) + (1 - c) * outer, np.zeros(3)
-
-
-def _turn_of(quaternion: Array) -> Array:
-    """Return the rotation of a unit quaternion x, y, z, w."""
-    x, y, z, w = quaternion
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+        return turn_about(self.axis, c, s), np.zeros(3)
 
 
 def JointModelRevoluteUnaligned(axis: Array) -> Joint:
@@ -406,11 +393,10 @@ def _axis(joint: ElementTree.Element) -> Array:
 def _origin(element: ElementTree.Element) -> SE3:
     place = element.find("origin")
     xyz, (roll, pitch, yaw) = (_numbers(place, name, (0.0, 0.0, 0.0)) for name in ("xyz", "rpy"))
-    cx, cy, cz = np.cos([roll, pitch, yaw])
-    sx, sy, sz = np.sin([roll, pitch, yaw])
-    about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
-    about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
-    about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
+    about_x, about_y, about_z = (
+        turn_about(axis, math.cos(angle), math.sin(angle))
+        for axis, angle in zip(np.eye(3), (roll, pitch, yaw), strict=True)
+    )
     return SE3(about_z @ about_y @ about_x, xyz)
 
 

@@ -1,8 +1,9 @@
-"""Multiply vectors without NumPy's overhead for three numbers."""
+"""Multiply and rotate vectors, one or many, without the overhead of NumPy's own functions."""
 
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from mecanique.arrays import Array
 
@@ -19,7 +20,33 @@ def hat(vectors: Array) -> Array:
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Return a × b, shape (3,) each."""
-    ax, ay, az = a
-    bx, by, bz = b
-    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+    """Return a × b, of one shape (…, 3)."""
+    ax, ay, az = a.T
+    bx, by, bz = b.T
+    product: Array = np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]).T
+    return product
+
+
+def rotate(turns: Array, vectors: Array) -> Array:
+    """Return R x for matrices of shape (…, 3, 3) and vectors of shape (…, 3)."""
+    rotated: Array = np.einsum("...ij,...j->...i", turns, vectors)
+    return rotated
+
+
+def turn_about(axis: Array, cos: npt.ArrayLike, sin: npt.ArrayLike) -> Array:
+    """Return rotations about a unit vector, shape (…, 3, 3) (Rodrigues)."""
+    K = hat(axis)
+    c, s = (np.asarray(x)[..., None, None] for x in (cos, sin))
+    turns: Array = np.eye(3) + s * K + (1 - c) * (K @ K)
+    return turns
+
+
+def turn_of(quaternion: Array) -> Array:
+    """Return the rotations of unit quaternions x, y, z, w, shape (…, 3, 3)."""
+    x, y, z, w = quaternion.T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
