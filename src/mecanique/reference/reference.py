@@ -12,7 +12,6 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.errors import EngineError, InputError, MecaniqueError
-from mecanique.model.constraints.loops import Loop
 from mecanique.model.dynamics import Dynamics, Quantity
 from mecanique.model.expression import finite
 from mecanique.model.joint_base import Single
@@ -46,6 +45,7 @@ from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.engine.tree import EngineTree
 from mecanique.reference.loops.closed import COMPONENTS, Closed, Loaded, load_once
+from mecanique.reference.loops.closures import Ends, ends_of
 from mecanique.reference.loops.freedom import generic_rank
 from mecanique.reference.loops.independent import driving_forces, free_motions
 from mecanique.reference.loops.nullspace import solve
@@ -890,14 +890,15 @@ class Reference(Dynamics):
         """
         if self._closed is None or not self.mechanism.contacts:
             return {}
-        contacts = self._closed.closures.contacts
+        closures = self._closed.closures
 
         def function(q: Array, v: Array, t: float) -> Array:
             self._tree.poses(q, v, t)
-            return contacts.places()
+            return closures.contact_places()
 
         points = np.moveaxis(self._answer(States.of(self.mechanism, q, t=t), function), -2, 0)
-        return dict(zip(self._carriers[-len(points) :], points, strict=True))
+        names = [end.name for end in self._ends[-len(points) :]]
+        return dict(zip(names, points, strict=True))
 
     def _hold(self, states: States) -> _HeldStates:
         """Solve for the elements' forces in each state, and the joints' remaining reactions."""
@@ -931,7 +932,7 @@ class Reference(Dynamics):
     def _find_totals(self, states: States) -> dict[str, Wrench]:
         if states.efforts is not None:
             states.efforts.refuse_without_seat()
-        if not self._carriers:
+        if not self._ends:
             return {}
         if self._closed is not None:
             return self._transmit(states, self._closed)
@@ -952,7 +953,7 @@ class Reference(Dynamics):
             EngineError: if a loop is open.
         """
         states = States.of(self.mechanism, q, t=t)
-        flags = np.zeros((len(self._carriers), 6), dtype=bool)
+        flags = np.zeros((len(self._ends), 6), dtype=bool)
         if self._closed is not None:
             self._closed.refuse_open(states.q[0], float(states.t[0]))
             flags |= self._closed.undetermined(states.q[0], float(states.t[0]))
@@ -961,7 +962,7 @@ class Reference(Dynamics):
             flags[: len(self.mechanism.joints)] |= self._guided.undetermined(poses[None])
         return {
             name: _names_of(row)
-            for name, row in zip(self._carriers, flags, strict=True)
+            for name, row in zip((end.name for end in self._ends), flags, strict=True)
             if row.any()
         }
 
@@ -990,29 +991,19 @@ class Reference(Dynamics):
         return Guided(self.mechanism, self._tree.elements.open)
 
     @cached_property
-    def _carriers(self) -> list[str]:
-        names = [joint.name for joint in self.mechanism.joints]
-        joints = set(names)
-        for closed in (*self.mechanism.loops, *self.mechanism.contacts):
-            kind = "loop" if isinstance(closed, Loop) else "contact"
-            names.append(f"{kind} {closed.name}" if closed.name in joints else closed.name)
-        return names
-
-    @cached_property
-    def _seats(self) -> list[tuple[str, str, tuple[float, float, float]]]:
-        """For each joint and loop: the acting body, the other body, and the point on the latter."""
+    def _ends(self) -> list[Ends]:
+        """Joints, loops and contacts by the names of their reactions, with the bodies they join."""
         m = self.mechanism
-        seats = [(joint.parent, joint.child, (0.0, 0.0, 0.0)) for joint in m.joints]
-        for loop in m.loops:
-            x, y, z = m.evaluate_all(loop.frame_b.xyz)
-            seats.append((loop.body_a, loop.body_b, (x, y, z)))
-        for contact in m.contacts:
-            x, y, z = (m.evaluate(c) for c in contact.seat)
-            seats.append((contact.on, contact.body, (x, y, z)))
-        return seats
+        ends = [Ends(joint.name, joint.parent, joint.child, (0.0, 0.0, 0.0)) for joint in m.joints]
+        joints = {end.name for end in ends}
+        kinds = ["loop"] * len(m.loops) + ["contact"] * len(m.contacts)
+        for kind, end in zip(kinds, ends_of(m), strict=True):
+            name = f"{kind} {end.name}" if end.name in joints else end.name
+            ends.append(end._replace(name=name))
+        return ends
 
     def _transmit(self, states: States, closed: Closed) -> dict[str, Wrench]:
-        flags = np.zeros((len(self._carriers), 6), dtype=bool)
+        flags = np.zeros((len(self._ends), 6), dtype=bool)
 
         def function(q: Array, v: Array, t: float) -> Array:
             solution = closed.reactions(q, v, t)
@@ -1027,21 +1018,19 @@ class Reference(Dynamics):
     ) -> dict[str, Wrench]:
         """Name the wrenches of joints and loops, shape (…, n, 2, 3), with their points."""
         places = BodyPoses(partial(self._poses_by_name, states))
-        wrenches = {}
-        for k, (name, (parent, child, point)) in enumerate(
-            list(zip(self._carriers, self._seats, strict=True))[: parts.shape[-3]]
-        ):
-            wrenches[name] = Wrench(
+        return {
+            end.name: Wrench(
                 parts[..., k, 0, :],
                 parts[..., k, 1, :],
                 () if flags is None else _names_of(flags[k]),
-                parent=parent,
-                child=child,
-                point=point,
-                body=child,
+                parent=end.acting,
+                child=end.acted,
+                point=end.point,
+                body=end.acted,
                 places=places,
             )
-        return wrenches
+            for k, end in enumerate(self._ends[: parts.shape[-3]])
+        }
 
     def _poses_by_name(self, states: States) -> dict[str, Array]:
         poses = np.moveaxis(self._answer(states, self._tree.poses), -3, 0)

@@ -116,11 +116,6 @@ class Closed:
         self._upper = np.triu(np.ones((tree.engine.model.nv,) * 2, dtype=bool))
         self.closures = Closures(tree.mechanism, tree.engine, tree.chart)
         self.most = most
-        self.carriers = (
-            *((loop.body_b, loop.body_a) for loop in self.mechanism.loops),
-            *((contact.body, contact.on) for contact in self.mechanism.contacts),
-        )
-        """For each loop and contact, the body on which it acts, and the body that acts."""
         place = {name: k for k, name in enumerate(self.mechanism.coordinates.names)}
         names = [name[:-1] for name in self.mechanism.velocities]
         self._integrals = np.array([place.get(name, -1) for name in names], dtype=int)
@@ -195,7 +190,7 @@ class Closed:
                 f"acts, and where, so the reactions are undetermined; use {SPEAKING}"
             )
         motion = self._solve_closed(q, v, t)
-        tree, count = self._tree, len(self.mechanism.joints) + len(self.carriers)
+        tree, count = self._tree, len(self.mechanism.joints) + len(self.closures.ends)
         # evaluated first: the joints' totals must be the last computation in the tree
         settled = bool(motion.determined.all())
         loose = np.zeros((count, 6), dtype=bool) if settled else self.undetermined(q, t)
@@ -213,7 +208,7 @@ class Closed:
         """Return which components of joints' and loops' wrenches are undetermined, shape (n, 6)."""
         # They are those with self-stresses: multipliers that balance one another, Jᵀ λ = 0
         tree = self._tree
-        count = len(self.mechanism.joints) + len(self.carriers)
+        count = len(self.mechanism.joints) + len(self.closures.ends)
         zero = np.zeros(self.mechanism.nv)
         here = self.closures.scale(q, zero, t)
         left = split(here.jacobian, least=LEAST, rounding=lambda: here.rounding).loose
@@ -259,22 +254,12 @@ class Closed:
 
     def _actions(self, wrenches: tuple[Array, Array, Array]) -> list[SiteAction]:
         """Return the actions of the loops on bodies b, and their opposites on bodies a."""
-        actions = []
         sites = self._tree.loads.sites
-        for (acted, acting), force, moment, place in zip(
-            self.carriers, *(x.tolist() for x in wrenches), strict=True
-        ):
-            for body, sign in ((acted, 1.0), (acting, -1.0)):
-                (fx, fy, fz), (mx, my, mz), (x, y, z) = force, moment, place
-                actions.append(
-                    SiteAction(
-                        sites[body],
-                        (sign * fx, sign * fy, sign * fz),
-                        (x, y, z),
-                        (sign * mx, sign * my, sign * mz),
-                    )
-                )
-        return actions
+        return [
+            SiteAction.of(sites[body], sign * force, place, sign * moment)
+            for end, force, moment, place in zip(self.closures.ends, *wrenches, strict=True)
+            for body, sign in ((end.acted, 1.0), (end.acting, -1.0))
+        ]
 
 
 MOST = 32

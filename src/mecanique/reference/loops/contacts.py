@@ -1,19 +1,14 @@
-"""Compute the rows of rolling, blades and velocity constraints by Pinocchio's kinematics.
+"""Find where bodies roll or slide, in which directions, and how these turn; velocity constraints.
 
-A contact prevents relative motion along a direction n of the two bodies' points at the same place
-P: n·(v_A − v_B) = 0. With twists (l, ω) at the world's origin v = l + ω × P, and along the motion
-
-    d/dt (v_A − v_B) = (l_A − l_B)' + (ω_A − ω_B)' × P + (ω_A − ω_B) × P',
-
-where P' is the velocity of the place of contact, not of a material point: with the hub C and ρ =
-P − C it is v_C + ρ', and ρ' follows from the rotation of the axis e, e' = ω_A × e (Basu-Mandal,
-Chatterjee & Papadopoulos, Proc. R. Soc. A 463 (2007) 1983, sect. 4; Neimark & Fufaev, Dynamics of
-Nonholonomic Systems, 1972, ch. I, sect. 4).
+A contact prevents relative motion of the two bodies' points at the same place P along directions n.
+P moves, not as a material point: with the hub C and ρ = P − C its velocity is v_C + ρ', and ρ'
+follows from the rotation of the axis e, e' = ω_A × e (Basu-Mandal, Chatterjee & Papadopoulos,
+Proc. R. Soc. A 463 (2007) 1983, sect. 4; Neimark & Fufaev, Dynamics of Nonholonomic Systems, 1972,
+ch. I, sect. 4).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple, final
 
 import numpy as np
@@ -22,32 +17,43 @@ from mecanique.arrays import Array
 from mecanique.model.constraints.contacts import Blade, Contact, Rolling, row_names
 from mecanique.model.expression import Scalar, compile_scalars, symbols_in
 from mecanique.model.mechanism import Mechanism
-from mecanique.reference.engine.load import EngineModel
+from mecanique.reference.engine.load import EngineModel, Holder
 from mecanique.reference.vectors import cross, hat
 
+_REST = np.zeros(6)
 
-class ContactConstraints(NamedTuple):
-    """Constraint rows in one state, with the rate J v + b and its derivative J a + γ."""
 
-    residual: Array  # Φ, zero where there is none, shape (m,)
+class LoopClosure(NamedTuple):
+    """Constraints in one state."""
+
+    residual: Array  # Φ, shape (m,) [m or rad]; zero where there is none
     jacobian: Array  # J, shape (m, n)
-    drift: Array  # b, shape (m,)
-    gamma: Array  # γ, shape (m,)
+    drift: Array  # b, the part of Φ' without v, shape (m,)
+    gamma: Array  # γ, the part of Φ'' without a, shape (m,)
 
 
 class _Body(NamedTuple):
-    """A body in motion: its axes, and its twist at the world's origin with the twist's rate."""
+    """A body in motion, world axes."""
 
-    turn: Array
-    origin: Array
-    linear: Array
-    spin: Array
-    linear_rate: Array
-    spin_rate: Array
+    turn: Array  # shape (3, 3)
+    origin: Array  # shape (3,)
+    linear: Array  # shape (3,), the velocity of its point at the world's origin
+    spin: Array  # shape (3,)
 
     def at(self, point: Array) -> Array:
         """Return the velocity of the body's point at a place in the world."""
         return self.linear + cross(self.spin, point)
+
+
+class Meeting(NamedTuple):
+    """Where k loops or contacts hold two bodies together, and m directions in which they do."""
+
+    places: Array  # shape (k, 3), P
+    rates: Array  # shape (k, 3), P'
+    directions: Array  # shape (m, 3)
+    turning: Array  # shape (m, 3), their rates
+    seats: Array  # shape (k, 3), the points of the bodies at which forces are reported
+    gaps: Array  # shape (m,), Φ; zero where there is none
 
 
 class _Touch(NamedTuple):
@@ -64,11 +70,10 @@ class _Touch(NamedTuple):
 
 @final
 class ContactRows:
-    """The rows of a mechanism's contacts, in the engine's velocities."""
+    """The rows of a mechanism's contacts."""
 
     def __init__(self, mechanism: Mechanism, engine: EngineModel, carried: Array) -> None:
-        self._engine = engine
-        self._carried = carried
+        self._engine, self._carried = engine, carried
         self.names = row_names(mechanism.contacts)
         """Name of each row, "contact: motion it prevents"."""
         self.owner = np.array(
@@ -77,93 +82,42 @@ class ContactRows:
         """The index of the contact of each row, shape (m,)."""
         self.positional = np.array([name.endswith(": normal") for name in self.names], dtype=bool)
         """Whether each row is the rate of a Φ, shape (m,)."""
-        moved = {name: self._carried[holder.joint] for name, holder in engine.holders.items()}
-        self.meets = np.array(
-            [moved[c.body] + moved[c.on] for c in mechanism.contacts], dtype=bool
-        ).reshape(len(mechanism.contacts), engine.model.nv)[self.owner]
-        """Whether each row may depend on each velocity, shape (m, n)."""
-        self._shapes = [_numbers(mechanism, contact) for contact in mechanism.contacts]
-        self._contacts = mechanism.contacts
-        self.met: Array = np.zeros((len(mechanism.contacts), 3))
-        """Where each contact was in the last call of `now`, shape (contacts, 3)."""
+        self._contacts = [
+            (_numbers(mechanism, c), engine.holders[c.body], engine.holders[c.on])
+            for c in mechanism.contacts
+        ]
+        ends = np.array([(body.joint, on.joint) for _, body, on in self._contacts], dtype=int)
+        moved = carried[ends.reshape(-1, 2)]
+        self.between: Array = moved[:, 0] - moved[:, 1]
+        """Which velocities move each contact's body, minus those that move its plane, (k, nu)."""
+        self.meets: Array = moved.sum(axis=1)[self.owner]
+        """Not zero where a row may depend on a velocity, shape (m, nu)."""
+        self._first = np.unique(self.owner, return_index=True)[1]
         self.margins: Array = np.ones(len(mechanism.contacts))
-        """How well each place was determined there, from 0 to 1, shape (contacts,)."""
+        """How well each place was determined at the last meeting, from 0 to 1, (contacts,)."""
 
-    def now(self, u: Array) -> ContactConstraints:
-        """Return the rows in the engine's present state."""
-        columns = self._engine.data.J.reshape(6, -1)
-        residual, jacobian, gamma = [], [], []
-        for k, (contact, shape) in enumerate(zip(self._contacts, self._shapes, strict=True)):
-            a, b = (self._body(name, u) for name in (contact.body, contact.on))
-            touch = shape.touch(a, b)
-            self.met[k], self.margins[k] = touch.place, touch.margin
-            between = self._carries(contact.body) - self._carries(contact.on)
-            # column by column, J_l + J_ω × P
-            J = (columns[:3] - hat(touch.place) @ columns[3:]) * between
-            parting = a.at(touch.place) - b.at(touch.place)
-            change = (
-                a.linear_rate
-                - b.linear_rate
-                + cross(a.spin_rate - b.spin_rate, touch.place)
-                + cross(a.spin - b.spin, touch.rate)
-            )
-            jacobian.append(touch.directions @ J)
-            gamma.append(touch.directions @ change + touch.turning @ parting)
-            residual.append([touch.gap, *[0.0] * (len(touch.directions) - 1)])
-        n = len(self.names)
-        rows = np.concatenate(jacobian) if jacobian else np.zeros((0, columns.shape[1]))
-        return ContactConstraints(
-            np.array([gap for row in residual for gap in row]),
-            rows,
-            np.zeros(n),
-            np.concatenate(gamma) if gamma else np.zeros(0),
+    def meet(self, moving: Array | None = None) -> Meeting:
+        """Return the contacts by J u, column by column, without which the bodies rest."""
+        touches = [
+            shape.touch(self._body(body, moving), self._body(on, moving))
+            for shape, body, on in self._contacts
+        ]
+        self.margins[:] = [touch.margin for touch in touches]
+        gaps = np.zeros(len(self.names))
+        gaps[self._first] = [touch.gap for touch in touches]
+        return Meeting(
+            np.array([touch.place for touch in touches]),
+            np.array([touch.rate for touch in touches]),
+            np.concatenate([touch.directions for touch in touches]),
+            np.concatenate([touch.turning for touch in touches]),
+            np.array([touch.seat for touch in touches]),
+            gaps,
         )
 
-    def residual(self) -> Array:
-        """Return Φ of all rows in the engine's present position, shape (m,)."""
-        gaps = []
-        for contact, touch in zip(self._contacts, self._touches(), strict=True):
-            gaps += [touch.gap, *[0.0] * (len(contact.rows) - 1)]
-        return np.array(gaps)
-
-    def places(self) -> Array:
-        """Return the points of contact in the engine's present position, shape (k, 3)."""
-        return np.array([touch.place for touch in self._touches()]).reshape(-1, 3)
-
-    def wrenches(self, multipliers: Array) -> tuple[Array, Array, Array]:
-        """Return force, moment and point of each contact's action, world axes."""
-        wrenches = np.zeros((3, len(self._contacts), 3))
-        for k, touch in enumerate(self._touches()):
-            force = multipliers[self.owner == k] @ touch.directions
-            wrenches[:, k] = force, cross(touch.place - touch.seat, force), touch.seat
-        return wrenches[0], wrenches[1], wrenches[2]
-
-    def _touches(self) -> Iterator[_Touch]:
-        """Yield each contact in the engine's present position, at rest."""
-        still = np.zeros(self._engine.model.nv)
-        for contact, shape in zip(self._contacts, self._shapes, strict=True):
-            a, b = (self._body(name, still, moving=False) for name in (contact.body, contact.on))
-            yield shape.touch(a, b)
-
-    def _carries(self, body: str) -> Array:
-        carries: Array = self._carried[self._engine.holders[body].joint]
-        return carries
-
-    def _body(self, name: str, u: Array, *, moving: bool = True) -> _Body:
-        holder, data = self._engine.holders[name], self._engine.data
-        pose = data.oMi[holder.joint] * holder.placement
-        twist = rate = np.zeros(6)
-        if moving:
-            carried = u * self._carried[holder.joint]
-            twist, rate = data.J.reshape(6, -1) @ carried, data.dJ.reshape(6, -1) @ carried
-        return _Body(
-            turn=pose.rotation,
-            origin=pose.translation,
-            linear=twist[:3],
-            spin=twist[3:],
-            linear_rate=rate[:3],
-            spin_rate=rate[3:],
-        )
+    def _body(self, holder: Holder, moving: Array | None) -> _Body:
+        pose = self._engine.data.oMi[holder.joint] * holder.placement
+        twist = _REST if moving is None else moving @ self._carried[holder.joint]
+        return _Body(pose.rotation, pose.translation, twist[:3], twist[3:])
 
 
 class _Wheel(NamedTuple):
@@ -313,15 +267,11 @@ class VelocityRows:
         names = (*mechanism.coordinates, *velocities, *mechanism.values, "t")
         self._entries = compile_scalars([*entries, *map(change, entries)], names)
 
-    def now(self, q: Array, v: Array, t: float) -> ContactConstraints:
+    def now(self, q: Array, v: Array, t: float) -> LoopClosure:
         """Return the rows in a state."""
-        if not self.names:
-            return ContactConstraints(
-                np.zeros(0), np.zeros((0, self._size)), np.zeros(0), np.zeros(0)
-            )
         entries = np.array(self._entries(*q.tolist(), *v.tolist(), *self._values, t), dtype=float)
         now, change = entries.reshape(2, len(self.names), self._size + 1)
-        return ContactConstraints(
+        return LoopClosure(
             np.zeros(len(self.names)),
             now[:, :-1],
             -now[:, -1],

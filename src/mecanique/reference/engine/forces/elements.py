@@ -249,8 +249,7 @@ class Elements:
                 yield Unit(k, body, partner, self._action(body, b, sign * force, sign * moment))
 
     def _action(self, body: str, at: Array, force: Array, moment: Array) -> SiteAction:
-        x, y, z = (tuple(part.tolist()) for part in (at, force, moment))
-        return SiteAction(Site(body, self._axes[body], _ZERO), y, x, z)
+        return SiteAction.of(Site(body, self._axes[body], _ZERO), force, at, moment)
 
     def _place(self, body: str, point: Any) -> Array:
         here = np.array(self._mechanism.evaluate_all(point))

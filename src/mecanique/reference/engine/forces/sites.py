@@ -64,6 +64,12 @@ class SiteAction(NamedTuple):
     point: Triple  # point of action in the world, shape (3,) [m]
     torque: Triple  # shape (3,), world axes [N·m]
 
+    @classmethod
+    def of(cls, site: Site, force: Array, point: Array, torque: Array) -> SiteAction:
+        """Return an action given by arrays, shape (3,) each."""
+        x, y, z = (tuple(part.tolist()) for part in (force, point, torque))
+        return cls(site, x, y, z)
+
     def moment(self, x: float, y: float, z: float) -> Triple:
         """Return the moment about the point (x, y, z) of the world, world axes [N·m]."""
         (fx, fy, fz), (px, py, pz), (a, b, c) = self.force, self.point, self.torque
