@@ -961,8 +961,8 @@ class Reference(Dynamics):
             poses = self._tree.poses(states.q[0], states.v[0], float(states.t[0]))
             flags[: len(self.mechanism.joints)] |= self._guided.undetermined(poses[None])
         return {
-            name: _names_of(row)
-            for name, row in zip((end.name for end in self._ends), flags, strict=True)
+            end.name: _names_of(row)
+            for end, row in zip(self._ends, flags, strict=True)
             if row.any()
         }
 

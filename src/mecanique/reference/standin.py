@@ -309,8 +309,8 @@ class Model:
 class Data:
     """The results of the recursions, joint by joint; arrays are changed in place."""
 
-    # Poses are in the world (`oMi`, `oMf`) and in the parent (`liMi`); twists, accelerations and
-    # wrenches in the joint's own frame; Jacobians in world axes at the world's origin
+    # Poses are in the world (`oMi`, `oMf`) and in the parent (`liMi`); twists, accelerations,
+    # wrenches and `own` Jacobians in the joint's own frame; J in world axes at the world's origin
 
     def __init__(self, model: Model) -> None:
         count, nv = model.njoints, model.nv
@@ -325,6 +325,7 @@ class Data:
         self.v, self.a, self.a_gf = twists(), twists(), twists()
         self.f = [Force(np.zeros(6)) for _ in range(count)]
         self.Ycrb = [Inertia.Zero() for _ in range(count)]
+        self.own = np.zeros((count, 6, nv))
         self.J, self.dJ = np.zeros((6, nv)), np.zeros((6, nv))
         self.joints = model.joints
 
@@ -439,15 +440,12 @@ def rnea(
     external: Sequence[Force] | None = None,
 ) -> Array:
     """Return the joint forces for given accelerations, shape (nv,)."""
-    _place_in_parents(model, data, q)
+    _place(model, data, q)
     _move(model, data, v, a)
-    gravity = np.zeros(6)
-    gravity[:3] = -model.gravity.linear
-    data.a_gf[0].vector[:] = gravity  # read for the weight of bodies welded to the ground
-    fields = [gravity]
+    data.a_gf[0].linear = -model.gravity.linear  # for the weight of bodies welded to the ground
     for i in range(1, model.njoints):
-        fields.append(data.liMi[i].twist_inside() @ fields[model.parents[i]])
-        data.a_gf[i].vector[:] = data.a[i].vector + fields[i]
+        data.a_gf[i].vector[:] = data.a[i].vector
+        data.a_gf[i].linear -= data.oMi[i].rotation.T @ model.gravity.linear
         inertia, twist = model.inertias[i].matrix(), data.v[i]
         momentum = Force(inertia @ twist.vector)
         data.f[i].vector[:] = inertia @ data.a_gf[i].vector + twist.cross(momentum).vector
@@ -474,22 +472,13 @@ def computeGeneralizedGravity(model: Model, data: Data, q: Array) -> Array:
 
 def crba(model: Model, data: Data, q: Array) -> Array:
     """Return the mass matrix, shape (nv, nv)."""
-    _place_in_parents(model, data, q)
+    _place(model, data, q)
     data.Ycrb[:] = [
         Inertia(inertia.mass, inertia.lever, inertia.inertia) for inertia in model.inertias
     ]
     M = np.diag(model.armature)
     for i in range(model.njoints - 1, 0, -1):
-        span = _span(model.joints[i])
-        carried = data.Ycrb[i].matrix() @ model.joints[i].S
-        M[span, span] += model.joints[i].S.T @ carried
-        k = i
-        while model.parents[k]:
-            carried = data.liMi[k].twist_inside().T @ carried
-            k = model.parents[k]
-            block = model.joints[k].S.T @ carried
-            M[_span(model.joints[k]), span] = block
-            M[span, _span(model.joints[k])] = block.T
+        M += data.own[i].T @ model.inertias[i].matrix() @ data.own[i]
         if model.parents[i]:
             data.Ycrb[model.parents[i]] += data.liMi[i].act(data.Ycrb[i])
     return M
@@ -539,18 +528,11 @@ def computeJointJacobiansTimeVariation(model: Model, data: Data, q: Array, v: Ar
 
 def computeFrameJacobian(model: Model, data: Data, q: Array, frame: int, axes: str) -> Array:
     """Return the Jacobian of a frame in world axes at its origin, shape (6, nv)."""
-    computeJointJacobians(model, data, q)
+    _place(model, data, q)
     at = model.frames[frame]
-    place = data.oMi[at.parentJoint].act(at.placement.translation)
-    jacobian = np.zeros((6, model.nv))
-    i = at.parentJoint
-    while i:
-        span = _span(model.joints[i])
-        columns = data.J[:, span]
-        jacobian[:3, span] = columns[:3] + np.cross(columns[3:], place, axis=0)
-        jacobian[3:, span] = columns[3:]
-        i = model.parents[i]
-    return jacobian
+    own, turn = data.own[at.parentJoint], data.oMi[at.parentJoint].rotation
+    linear = own[:3] - hat(at.placement.translation) @ own[3:]
+    return np.concatenate([turn @ linear, turn @ own[3:]])
 
 
 def computePotentialEnergy(model: Model, data: Data, q: Array) -> float:
@@ -565,19 +547,16 @@ def _span(joint: Joint) -> slice:
     return slice(joint.idx_v, joint.idx_v + joint.nv)
 
 
-def _place_in_parents(model: Model, data: Data, q: Array) -> None:
-    for i in range(1, model.njoints):
-        rotation, translation = model.joints[i].place(q)
-        fixed, pose = model.jointPlacements[i], data.liMi[i]
-        pose.rotation[:] = fixed.rotation @ rotation
-        pose.translation[:] = fixed.act(translation)
-
-
 def _place(model: Model, data: Data, q: Array) -> None:
-    _place_in_parents(model, data, q)
+    """Set the poses and own Jacobians of the joints."""
     for i in range(1, model.njoints):
-        pose = data.oMi[model.parents[i]] * data.liMi[i]
+        joint, parent = model.joints[i], model.parents[i]
+        inside = model.jointPlacements[i] * SE3(*joint.place(q))
+        pose = data.oMi[parent] * inside
+        data.liMi[i].rotation[:], data.liMi[i].translation[:] = inside.rotation, inside.translation
         data.oMi[i].rotation[:], data.oMi[i].translation[:] = pose.rotation, pose.translation
+        data.own[i] = inside.twist_inside() @ data.own[parent]
+        data.own[i][:, _span(joint)] = joint.S
 
 
 def _move(model: Model, data: Data, v: Array, a: Array) -> None:
@@ -585,8 +564,7 @@ def _move(model: Model, data: Data, v: Array, a: Array) -> None:
     for i in range(1, model.njoints):
         joint, span = model.joints[i], _span(model.joints[i])
         inside, parent = data.liMi[i].twist_inside(), model.parents[i]
-        relative = joint.S @ v[span]
-        twist = inside @ data.v[parent].vector + relative
+        relative, twist = joint.S @ v[span], data.own[i] @ v
         data.v[i].vector[:] = twist
         change = np.concatenate(
             [

@@ -57,11 +57,8 @@ def read_frames(rows: Array) -> list[Frame]:
     turns = turns.reshape(*turns.shape[:-1], 3, 3)
     # from the spatial to the classical acceleration
     vectors = (velocity, change + np.cross(omega, velocity), omega, alpha)
-    parts = (place, *np.moveaxis(turns @ np.stack(vectors, axis=-1), -1, 0))
-    return [
-        Frame(turns[..., k, :, :], *(part[..., k, :] for part in parts))
-        for k in range(rows.shape[-2])
-    ]
+    parts = np.stack([place, *np.moveaxis(turns @ np.stack(vectors, axis=-1), -1, 0)])
+    return [Frame(turns[..., k, :, :], *parts[..., k, :]) for k in range(rows.shape[-2])]
 
 
 def move_frames(tree: EngineTree, q: Array, v: Array, t: Array, a: Array) -> list[Frame]:

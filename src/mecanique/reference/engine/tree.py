@@ -263,34 +263,36 @@ class EngineTree:
             torques += np.linalg.lstsq(chart.G.T, efforts.generalized[k], rcond=None)[0]
         self.loads.drive(torques)
 
+    def _at(self, q: Array, v: Array, t: float) -> tuple[Any, Any, Array, Array]:
+        """Set the chart to a state; return the engine's model, data, positions and velocities."""
+        self.chart.place(q, t)
+        u = self.chart.at(q, v, t)
+        return self.engine.model, self.engine.data, self.chart.p, u
+
     def mass(self, q: Array, v: Array, t: float) -> Array:
         """Return M, shape (nv, nv); v does not matter."""
-        engine, chart = self.engine, self.chart
-        chart.place(q, t)
-        chart.at(q, v, t)
-        full = self._pin.crba(engine.model, engine.data, chart.p)
+        full, chart = self._pin.crba(*self._at(q, v, t)[:3]), self.chart
         return np.array(full) if chart.identical else np.asarray(chart.G.T @ full @ chart.G)
 
     def bias(self, q: Array, v: Array, t: float) -> Array:
         """Return the inertia forces that do not depend on a, and gravity, shape (nv,)."""
-        engine, chart = self.engine, self.chart
-        chart.place(q, t)
-        u = chart.at(q, v, t)
-        return self._reduce(self._pin.rnea(engine.model, engine.data, chart.p, u, chart.gamma))
+        return self._reduce(self._pin.rnea(*self._at(q, v, t), self.chart.gamma))
 
     def gravity(self, q: Array, v: Array, t: float) -> Array:
         """Return ∂V/∂q of gravity, shape (nv,); v does not matter."""
-        engine, chart = self.engine, self.chart
-        chart.place(q, t)
-        chart.at(q, v, t)
-        return self._reduce(self._pin.computeGeneralizedGravity(engine.model, engine.data, chart.p))
+        return self._reduce(self._pin.computeGeneralizedGravity(*self._at(q, v, t)[:3]))
+
+    def _act(self, q: Array, v: Array, t: float) -> Array:
+        """Move the bodies to a state, update the forces on them, and return the velocities u."""
+        values, u, _ = self.move(q, v, t)
+        self.loads.check()
+        self.loads.update(values, q, u, v, t)
+        return u
 
     def forces(self, q: Array, v: Array, t: float) -> Array:
         """Return the generalized forces of springs, dampers, drives and loads, shape (nv,)."""
         engine, loads = self.engine, self.loads
-        values, u, _ = self.move(q, v, t)
-        loads.check()
-        loads.update(values, q, u, v, t)
+        self._act(q, v, t)
         total: Array = loads.in_joints.copy()
         if loads.act_on_bodies:
             rest = np.zeros(engine.model.nv)
@@ -308,20 +310,22 @@ class EngineTree:
     def acceleration(self, q: Array, v: Array, t: float) -> Array:
         """Return a, shape (nv,)."""
         if self.recursive:
-            engine, chart, loads = self.engine, self.chart, self.loads
-            values, u, _ = self.move(q, v, t)
-            loads.check()
-            loads.update(values, q, u, v, t)
-            full = self._pin.aba(
-                engine.model, engine.data, chart.p, u, loads.in_joints, loads.external.forces
-            )
-            if np.isfinite(full).all():
-                return np.array(full) if chart.identical else np.linalg.solve(chart.G, full)
+            result = self._recurse(q, v, t)
+            if np.isfinite(result).all():
+                return result
         mass = self.mass(q, v, t)
         mode = massless_mode(mass, self._reach())
         if mode is not None:
             refuse_massless(self.mechanism, mode, q if self.massless is None else None)
         return np.asarray(np.linalg.solve(mass, self.forces(q, v, t) - self.bias(q, v, t)))
+
+    def _recurse(self, q: Array, v: Array, t: float) -> Array:
+        """Return a by the articulated-body recursion, shape (nv,)."""
+        u, chart, loads = self._act(q, v, t), self.chart, self.loads
+        full = self._pin.aba(
+            self.engine.model, self.engine.data, chart.p, u, loads.in_joints, loads.external.forces
+        )
+        return np.array(full) if chart.identical else np.linalg.solve(chart.G, full)
 
     def energy(self, q: Array, v: Array, t: float) -> Array:
         """Return T, V of gravity and V of the springs, shape (3,)."""
@@ -426,16 +430,12 @@ class EngineTree:
 
     def jacobian(self, body: str, q: Array, v: Array, t: float) -> Array:
         """Return a body's Jacobian in world axes, shape (6, nv); v does not matter."""
-        engine, chart = self.engine, self.chart
-        chart.place(q, t)
-        chart.at(q, v, t)
-        frame = engine.holders[body].frame
+        model, data, p, _ = self._at(q, v, t)
+        frame = self.engine.holders[body].frame
         world = self._pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
         # Pinocchio returns a single column as a vector
-        frame_jacobian = self._pin.computeFrameJacobian(
-            engine.model, engine.data, chart.p, frame, world
-        ).reshape(6, -1)
-        return np.asarray(frame_jacobian @ chart.G)
+        columns = self._pin.computeFrameJacobian(model, data, p, frame, world).reshape(6, -1)
+        return np.asarray(columns @ self.chart.G)
 
     def rhs(self, *, overwriting: bool = False) -> Rhs:
         """Return f(t, y) = y' for integration."""
@@ -483,10 +483,4 @@ class EngineTree:
 
     def _recursion_agrees(self, mass: Array, q: Array, v: Array, t: float) -> bool:
         right = self.forces(q, v, t) - self.bias(q, v, t)
-        engine, chart, loads = self.engine, self.chart, self.loads
-        values, u, _ = self.move(q, v, t)
-        loads.update(values, q, u, v, t)
-        full = self._pin.aba(
-            engine.model, engine.data, chart.p, u, loads.in_joints, loads.external.forces
-        )
-        return backward_error(mass, np.linalg.solve(chart.G, full), right) < AGREEMENT
+        return backward_error(mass, self._recurse(q, v, t), right) < AGREEMENT

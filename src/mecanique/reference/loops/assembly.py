@@ -219,15 +219,13 @@ def _damped_step(
 ) -> Array:
     """Return the scaled step of Levenberg and Marquardt, of limited length."""
     # Without damping, near the end, it leaves out directions that the constraints do not restrain
-    left, singular, right = np.linalg.svd(J, full_matrices=False)
-    top = max(float(singular[0]), TINY) if singular.size else 1.0
-    least, added = (
-        (max(RANK_ASSEMBLED * top, LEAST), 0.0) if damping is None else (0.0, damping * top**2)
-    )
-    gain = np.zeros_like(singular)
-    strong = are_certain(left, singular, least, rounding if damping is None else 0.0)
-    gain[strong] = singular[strong] / (singular[strong] ** 2 + added)
-    step: Array = -right.T @ (gain * (left.T @ gaps))
+    if damping is None:
+        step = -_find_least_step(J, gaps, rounding, RANK_ASSEMBLED)
+    else:
+        left, singular, right = np.linalg.svd(J, full_matrices=False)
+        added = damping * singular.max(initial=0.0) ** 2
+        gain = singular / np.maximum(singular**2 + added, TINY)
+        step = -right.T @ (gain * (left.T @ gaps))
     longest = float(np.abs(step).max(initial=0.0))
     if longest > _LONGEST:
         step *= _LONGEST / longest
@@ -446,7 +444,8 @@ def project(
 def _find_least_step(
     J: Array,
     gaps: Array,
-    rounding: Array,
+    rounding: Array | float,
+    part: float = DEPENDENT,  # singular values below this part of the largest count as zero
     most: int | None = None,
     *,
     drifted: bool = False,
@@ -456,9 +455,7 @@ def _find_least_step(
     left, singular, right = np.linalg.svd(J, full_matrices=False)
     parts = left.T @ gaps
     hold = singular / max(float(singular.max(initial=0.0)), TINY)
-    strong = are_certain(left, singular, LEAST, rounding) & (
-        hold > (WEAK if drifted else DEPENDENT)
-    )
+    strong = are_certain(left, singular, LEAST, rounding) & (hold > (WEAK if drifted else part))
     if most is not None:
         strong[most:] = False
     parts[~strong] = 0.0

@@ -169,8 +169,8 @@ class LoopRows:
     def meet(self, moving: Array | None = None, *, gaps: bool = True) -> Meeting:
         """Return where loops close by J u, column by column, without which the bodies rest."""
         poses = [self._engine.data.oMi[int(joint)] for joint in self._used]
-        turns = np.array([pose.rotation for pose in poses])[self._slot]
-        places = np.array([pose.translation for pose in poses])[self._slot]
+        turns = np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3)[self._slot]
+        places = np.array([pose.translation for pose in poses]).reshape(-1, 3)[self._slot]
         places = places + (turns @ self._points)[..., 0]
         turn_a, turn_b = turns @ self._turns
         place, self.spans = places[1], places[1] - places[0]
