@@ -40,11 +40,17 @@ from mecanique.reference.engine.bodies import (
     read_frames,
     resultants,
 )
-from mecanique.reference.engine.forces.elements import Guided
+from mecanique.reference.engine.forces.elements import Guided, GuideReactions
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.engine.tree import EngineTree
-from mecanique.reference.loops.closed import COMPONENTS, Closed, Loaded, load_once
+from mecanique.reference.loops.closed import (
+    COMPONENTS,
+    Closed,
+    Loaded,
+    TransmittedWrenches,
+    load_once,
+)
 from mecanique.reference.loops.closures import Ends, ends_of
 from mecanique.reference.loops.freedom import generic_rank
 from mecanique.reference.loops.independent import driving_forces, free_motions
@@ -856,25 +862,10 @@ class Reference(Dynamics):
             return ()
         states = States.of(self.mechanism, q, v, t)
         parts = self._hold(states).actions
-        names, units = self._tree.elements.names, self._tree.elements.units()
-        applied: list[AppliedForce] = []
-        for k, unit in enumerate(units):
-            point, force, moment = np.moveaxis(parts[..., k, :, :], -2, 0)
-            if unit.pressed:  # acts at the same point as the force before it
-                applied[-1] = replace(applied[-1], force=applied[-1].force + force)
-            else:
-                name = names[unit.force]
-                applied.append(
-                    AppliedForce(
-                        name=name,
-                        body=unit.body,
-                        other=unit.other,
-                        point=point,
-                        force=force,
-                        moment=moment,
-                    )
-                )
-        return tuple(applied)
+        elements = self._tree.elements
+        units = [unit for unit in elements.units() if not unit.pressed]
+        effects = [(elements.names[unit.force], unit.body, unit.other) for unit in units]
+        return _name_actions(effects, parts)
 
     def contact_points(self, q: Given, t: float | Array = 0.0) -> dict[str, Array]:
         """Return the points of contact of rolling bodies and blades, by contact, world axes [m].
@@ -903,26 +894,21 @@ class Reference(Dynamics):
     def _hold(self, states: States) -> _HeldStates:
         """Solve for the elements' forces in each state, and the joints' remaining reactions."""
         joints, tree = len(self.mechanism.joints), self._tree
-        count = len(tree.elements.names)
-        loose, unknown = np.zeros((joints, 6), dtype=bool), np.zeros(count, dtype=bool)
+        solutions: list[GuideReactions] = []
 
         def function(q: Array, v: Array, t: float) -> Array:
             if self._closed is None:
                 totals = tree.reactions(q, v, t)
             else:
                 totals = self._closed.reactions(q, v, t).wrenches[:joints]
-            held = tree.hold(q, v, t, totals)
-            np.logical_or(loose, held.loose, out=loose)
-            np.logical_or(unknown, held.unknown, out=unknown)
-            return np.concatenate([part.ravel() for part in held[:2]] + [held.actions.ravel()])
+            solutions.append(tree.hold(q, v, t, totals))
+            return solutions[-1].reactions
 
-        parts = self._answer(states, function)
-        ahead = parts.shape[:-1]
-        forces = np.where(unknown, np.nan, parts[..., :count])
-        first = count + 6 * joints
-        wrenches = parts[..., count:first].reshape(*ahead, joints, 2, 3)
-        actions = parts[..., first:].reshape(*ahead, -1, 3, 3)
-        return _HeldStates(forces, self._wrenches(states, wrenches, loose), actions)
+        wrenches = self._answer(states, function)
+        forces, _, loose, actions, unknown = map(np.array, zip(*solutions, strict=True))
+        forces[:, unknown.any(axis=0)] = np.nan
+        wrenches_by_name = self._wrenches(states, wrenches, np.asarray(loose.any(axis=0)))
+        return _HeldStates(states.unbatch(forces), wrenches_by_name, states.unbatch(actions))
 
     @property
     def guided(self) -> dict[str, str]:
@@ -981,10 +967,7 @@ class Reference(Dynamics):
         """
         effects = self._tree.loads.effects
         parts = self._answer(States.of(self.mechanism, q, v, t=t), self._tree.applied)
-        return tuple(
-            AppliedForce(*effect, *np.moveaxis(parts[..., k, :, :], -2, 0))
-            for k, effect in enumerate(effects)
-        )
+        return _name_actions(effects, parts)
 
     @cached_property
     def _guided(self) -> Guided:
@@ -1003,14 +986,14 @@ class Reference(Dynamics):
         return ends
 
     def _transmit(self, states: States, closed: Closed) -> dict[str, Wrench]:
-        flags = np.zeros((len(self._ends), 6), dtype=bool)
+        solutions: list[TransmittedWrenches] = []
 
         def function(q: Array, v: Array, t: float) -> Array:
-            solution = closed.reactions(q, v, t)
-            np.logical_or(flags, solution.undetermined, out=flags)
-            return solution.wrenches
+            solutions.append(closed.reactions(q, v, t))
+            return solutions[-1].wrenches
 
         parts = self._answer(states, self._look_for_locks(function))
+        flags = np.any([solution.undetermined for solution in solutions], axis=0)
         return self._wrenches(states, parts, flags)
 
     def _wrenches(
@@ -1044,6 +1027,16 @@ def _load(mechanism: Mechanism, rank: int | None) -> Reference:
     if reference._closed is None or rank is None:
         return reference
     return Reference._over(Loaded(reference._tree, reference._closed.with_rank(rank)))
+
+
+def _name_actions(
+    effects: Sequence[tuple[str, str, str | None]], parts: Array
+) -> tuple[AppliedForce, ...]:
+    """Name actions, shape (…, k, 3, 3), by force, body and the body with the opposite."""
+    return tuple(
+        AppliedForce(*effect, *np.moveaxis(parts[..., k, :, :], -2, 0))
+        for k, effect in enumerate(effects)
+    )
 
 
 def _names_of(flags: npt.NDArray[np.bool_]) -> tuple[str, ...]:

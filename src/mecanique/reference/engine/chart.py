@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from math import cos, sin, sqrt
-from typing import Any, NamedTuple, final
+from typing import Any, final
 
 import numpy as np
 import numpy.typing as npt
@@ -51,13 +51,6 @@ def turn(quaternion: Sequence[Any], vector: Sequence[Any]) -> tuple[Any, Any, An
     )
 
 
-class _Places(NamedTuple):
-    """The index of each coordinate in q and of each velocity in v."""
-
-    q: dict[str, int]
-    v: dict[str, int]
-
-
 @final
 class Chart:
     """The map from a mechanism's coordinates to the engine's."""
@@ -76,24 +69,25 @@ class Chart:
         self.rows: dict[str, int] = {}
         """The index of each joint velocity among the engine's velocities."""
         self.p: Array = np.zeros(engine.model.nq)
-        self._G: Array = np.zeros((engine.model.nv, mechanism.nv))
-        self._c: Array = np.zeros(engine.model.nv)
-        self._gamma: Array = np.zeros(engine.model.nv)
-        names = _Places(
-            {name: k for k, name in enumerate(mechanism.coordinates)},
-            {name: k for k, name in enumerate(mechanism.velocities)},
-        )
+        self.G: Array = np.zeros((engine.model.nv, mechanism.nv))
+        """∂u/∂v at the last call of `at`, shape (engine's nv, nv)."""
+        self.c: Array = np.zeros(engine.model.nv)
+        """Part of u that does not depend on v, at the last call of `at`, shape (engine's nv,)."""
+        self.gamma: Array = np.zeros(engine.model.nv)
+        """Part of u' that does not depend on a, at the last call of `at`, shape (engine's nv,)."""
+        # where each coordinate stands in q, and each velocity in v
+        self._at_q = {name: k for k, name in enumerate(mechanism.coordinates)}
+        self._at_v = {name: k for k, name in enumerate(mechanism.velocities)}
         followers: dict[str, int] = {}
         for joint in mechanism.joints:
             seats = engine.seats[joint.name]
             if joint.quaternion:
-                self._seat_quaternion(joint, seats[0], names)
+                self._seat_quaternion(joint, seats[0])
             else:
                 for name, seat in zip(joint.coordinates, seats, strict=False):
-                    self._seat_single(name, seat, names, followers)
-        self._rates = [
-            (at, names.v[f"{name}'"]) for name, at in names.q.items() if f"{name}'" in names.v
-        ]
+                    self._seat_single(name, seat, followers)
+        rates = {name: self._at_v.get(f"{name}'") for name in self._at_q}
+        self._rates = [(self._at_q[name], at) for name, at in rates.items() if at is not None]
         self._q_at_v = np.array([at for at, _ in self._rates], dtype=int)
         self._v_at_q = np.array([at for _, at in self._rates], dtype=int)
         self._map: Callable[..., tuple[float, ...]] | None = None
@@ -104,17 +98,17 @@ class Chart:
         self.constant = self._jet is None
         """Whether G is constant, c and γ are zero."""
         square = engine.model.nv == mechanism.nv
-        self.identical = self.constant and square and np.array_equal(self._G, np.eye(mechanism.nv))
+        self.identical = self.constant and square and np.array_equal(self.G, np.eye(mechanism.nv))
         """Whether v are the engine's velocities in the engine's order."""
         self.single = self.constant and square and not self._quaternions
         """Whether the engine's positions and angles are linear functions of the coordinates."""
         self.velocities_are_rates = not self._spins and all(a == b for a, b in self._rates)
         """Whether v is q'."""
 
-    def _seat_quaternion(self, joint: Joint, seat: JointIndices, names: _Places) -> None:
+    def _seat_quaternion(self, joint: Joint, seat: JointIndices) -> None:
         """Register a joint with a quaternion, which in the engine is a floating one."""
-        at_q = tuple(names.q[name] for name in joint.coordinates)
-        at_v = tuple(names.v[name] for name in joint.velocities)
+        at_q = tuple(self._at_q[name] for name in joint.coordinates)
+        at_v = tuple(self._at_v[name] for name in joint.velocities)
         self._quaternions.append((seat.at_q + 3, at_q[-4:]))
         self._spins.append((at_q[-4:], at_v[-3:]))
         if joint.linear_coordinates:
@@ -122,18 +116,16 @@ class Chart:
             self._twists.append((at_q, at_v))
         self.index.update(zip(joint.coordinates, at_q, strict=True))
         last = seat.at_v + 6
-        self._G[range(last - len(at_v), last), at_v] = 1.0
+        self.G[range(last - len(at_v), last), at_v] = 1.0
         self.rows.update(zip(joint.velocities, range(last - len(at_v), last), strict=True))
 
-    def _seat_single(
-        self, name: str, seat: JointIndices, names: _Places, followers: dict[str, int]
-    ) -> None:
+    def _seat_single(self, name: str, seat: JointIndices, followers: dict[str, int]) -> None:
         """Register one coordinate; note a driven one with its velocity in the engine."""
-        if name in names.q:
-            at = names.q[name]
-            self._G[seat.at_v, names.v[f"{name}'"]] = 1.0
+        if name in self._at_q:
+            at = self._at_q[name]
+            self.G[seat.at_v, self._at_v[f"{name}'"]] = 1.0
         else:
-            at = len(names.q) + len(followers)
+            at = len(self._at_q) + len(followers)
             followers[name] = seat.at_v
         self.index[name] = at
         self.rows[f"{name}'"] = seat.at_v
@@ -142,25 +134,10 @@ class Chart:
 
     def reach(self, meets: Array) -> npt.NDArray[np.bool_]:
         """Return on which generalized velocities each of m quantities depends, shape (m, nv)."""
-        spread = self._G != 0
+        spread = self.G != 0
         spread[self._rows] = True
         reached: npt.NDArray[np.bool_] = (meets != 0) @ spread
         return reached
-
-    @property
-    def G(self) -> Array:
-        """∂u/∂v at the last call of `at`, shape (engine's nv, nv)."""
-        return self._G
-
-    @property
-    def c(self) -> Array:
-        """Part of u that does not depend on v, at the last call of `at`, shape (engine's nv,)."""
-        return self._c
-
-    @property
-    def gamma(self) -> Array:
-        """Part of u' that does not depend on a, at the last call of `at`, shape (engine's nv,)."""
-        return self._gamma
 
     def place(self, q: Array, t: float) -> list[float]:
         """Set the engine's position p and return q followed by the driven joint coordinates."""
@@ -199,7 +176,7 @@ class Chart:
 
     def move_many(self, q: Array, v: Array, t: Array, a: Array) -> tuple[Array, Array]:
         """Return the engine's velocities and accelerations in n states, each (n, engine's nv)."""
-        u, rate = v @ self._G.T, a @ self._G.T
+        u, rate = v @ self.G.T, a @ self.G.T
         if self._jet is not None:
             rows, count = self._rows, len(self._rows)
             numbers = accept_arrays(self._jet)(*q.T, *v.T, t, *self._values)
@@ -217,14 +194,14 @@ class Chart:
             numbers = self._jet(*q.tolist(), *v.tolist(), t, *self._values)
             rows, count = self._rows, len(self._rows)
             table = np.array(numbers)
-            self._c[rows] = table[:count]
-            self._gamma[rows] = table[count : 2 * count]
-            self._G[rows] = table[2 * count :].reshape(count, -1)
-            u: Array = self._G.dot(v)
-            u += self._c
+            self.c[rows] = table[:count]
+            self.gamma[rows] = table[count : 2 * count]
+            self.G[rows] = table[2 * count :].reshape(count, -1)
+            u: Array = self.G.dot(v)
+            u += self.c
             return u
         # dot takes a third of the time of @ for small arrays
-        product: Array = self._G.dot(v)
+        product: Array = self.G.dot(v)
         return product
 
     def rates(self, q: Array, v: Array, out: Array) -> None:
@@ -303,7 +280,7 @@ class Chart:
             self._jet = compile_scalars(everything, names)
         else:
             numbers = mechanism.evaluate_all(everything[2 * count :])
-            self._G[self._rows] = np.array(numbers).reshape(count, -1)
+            self.G[self._rows] = np.array(numbers).reshape(count, -1)
 
 
 def _rates(mechanism: Mechanism) -> dict[str, Any]:

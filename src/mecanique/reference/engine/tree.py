@@ -14,7 +14,7 @@ inverse dynamics leaves.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NoReturn, final
+from typing import Any, NamedTuple, NoReturn, final
 
 import numpy as np
 
@@ -28,11 +28,18 @@ from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.forces.elements import Elements, GuideReactions, Unit, hold
 from mecanique.reference.engine.forces.loads import Loads
 from mecanique.reference.engine.forces.sites import External, SiteAction
-from mecanique.reference.engine.load import EngineModel, load
+from mecanique.reference.engine.load import EngineModel, Holder, load
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.rhs import Rhs, fast_rhs
 from mecanique.reference.tolerances import AGREEMENT, ILL_CONDITIONED, SINGULAR_MASS, TAKES_PART
 from mecanique.wording import OF_SHAPES
+
+
+class _Weld(NamedTuple):
+    """What a fixed joint carries."""
+
+    bodies: frozenset[str]  # those that are welded to its child, the child among them
+    behind: list[int]  # the indices of the moving joints beyond
 
 
 @final
@@ -41,65 +48,52 @@ class Reactions:
 
     def __init__(self, mechanism: Mechanism, engine: EngineModel) -> None:
         self._engine = engine
-        self._joints = [
-            (
-                joint.name,
-                engine.holders[joint.child],
-                None if isinstance(joint, Fixed) else engine.seats[joint.name][-1].index,
-            )
-            for joint in mechanism.joints
-        ]
-        self._carried = {
-            joint.name: _weld(mechanism, joint.child)
-            for joint in mechanism.joints
-            if isinstance(joint, Fixed)
-        }
-        self._behind: dict[str, list[int]] = {}
-        for name, bodies in self._carried.items():
-            self._behind[name] = [
-                engine.seats[joint.name][0].index
-                for joint in mechanism.joints
-                if joint.parent in bodies and not isinstance(joint, Fixed)
-            ]
+        self._joints: list[tuple[Holder, int | _Weld]] = []
+        for joint in mechanism.joints:
+            through: int | _Weld = engine.seats[joint.name][-1].index
+            if isinstance(joint, Fixed):
+                bodies = _weld(mechanism, joint.child)
+                beyond = [j for j in mechanism.joints if j.parent in bodies]
+                moving = [j.name for j in beyond if not isinstance(j, Fixed)]
+                through = _Weld(bodies, [engine.seats[name][0].index for name in moving])
+            self._joints.append((engine.holders[joint.child], through))
 
-    def read(self, actions: list[SiteAction]) -> dict[str, tuple[Array, Array]]:
-        """Return force and moment of parent on child at the child's origin, world axes, by joint.
+    def read(self, actions: list[SiteAction]) -> Array:
+        """Return force and moment of parent on child at the child's origin, world axes, (n, 2, 3).
 
         The engine's data must contain positions (`forwardKinematics`) and inverse dynamics of the
         state in question.
         """
         data = self._engine.data
-        wrenches = {}
-        for name, holder, index in self._joints:
-            pose = data.oMi[holder.joint]
-            if index is not None:
-                # the frame of the joint's last link is the child's
-                wrench, turn = data.f[index], pose.rotation
+        wrenches = np.empty((len(self._joints), 2, 3))
+        for k, (holder, through) in enumerate(self._joints):
+            turn = data.oMi[holder.joint].rotation
+            if isinstance(through, _Weld):
+                whole = self._through_weld(through, holder.joint, actions)
+                wrench, turn = holder.placement.actInv(whole), turn @ holder.placement.rotation
             else:
-                wrench = holder.placement.actInv(self._through_weld(name, holder.joint, actions))
-                turn = pose.rotation @ holder.placement.rotation
-            wrenches[name] = turn @ wrench.linear, turn @ wrench.angular
+                # the frame of the joint's last link is the child's
+                wrench = data.f[through]
+            wrenches[k] = turn @ wrench.linear, turn @ wrench.angular
         return wrenches
 
-    def _through_weld(self, name: str, joint: int, actions: list[SiteAction]) -> Any:
+    def _through_weld(self, weld: _Weld, joint: int, actions: list[SiteAction]) -> Any:
         """Return the wrench of a fixed joint on all it carries, in the moving joint's frame."""
         pin = engine_package()
 
         engine, data = self._engine, self._engine.data
         velocity, acceleration = data.v[joint], data.a_gf[joint]
         total = pin.Force.Zero()
-        for body in self._carried[name]:
+        for body in weld.bodies:
             inertia = engine.holders[body].inertia
             total += inertia * acceleration + velocity.cross(inertia * velocity)
-        for index in self._behind[name]:
+        for index in weld.behind:
             total += data.liMi[index].act(data.f[index])
         pose = data.oMi[joint]
         for action in actions:
-            if action.site.body in self._carried[name]:
-                force, moment = (
-                    np.array(action.force),
-                    np.array(action.moment(*pose.translation.tolist())),
-                )
+            if action.site.body in weld.bodies:
+                force = np.array(action.force)
+                moment = np.array(action.moment(*pose.translation.tolist()))
                 total -= pin.Force(pose.rotation.T @ force, pose.rotation.T @ moment)
         return total
 
@@ -361,38 +355,31 @@ class EngineTree:
         self.demand = np.array(
             self._pin.rnea(model, engine.data, self.chart.p, u, rate, self._supported.forces)
         )
-        transmitted = self._reactions.read(actions)
-        return np.array([transmitted[joint.name] for joint in self.mechanism.joints]).reshape(
-            -1, 2, 3
-        )
+        return self._reactions.read(actions)
 
     def hold(self, q: Array, v: Array, t: float, totals: Array) -> GuideReactions:
         """Return the forces of elements and the remaining reactions of the joints."""
         # The last call of `transmit` must be the one that gave the totals
         # Shapes: q (nq,), v (nv,)
         demand = self.demand
-        units, carried, along = self._push(q, v, t)
-        rest = np.zeros(self.engine.model.nv)
-        pressed = np.zeros_like(carried)
-        for k in {unit.force for unit in units if unit.pressed}:
-            actions = [unit.action for unit in units if unit.force == k and unit.pressed]
-            pressed[k] = self.transmit(actions, rest, rest, weightless=True)
+        self.move(q, v, t)
+        units = self.elements.units()
+        carried, along = self._push(units, pressed=False)
+        pressed, _ = self._push(units, pressed=True)
         columns = self.elements.columns(along)
         return hold(columns, demand, units, np.stack([carried, pressed]), totals)
 
-    def _push(self, q: Array, v: Array, t: float) -> tuple[list[Unit], Array, Array]:
-        """Return the elements' unit forces, the joints' wrenches under them, and those along u."""
-        self.move(q, v, t)
-        units, count = self.elements.units(), len(self.elements.names)
-        rest = np.zeros(self.engine.model.nv)
+    def _push(self, units: list[Unit], *, pressed: bool) -> tuple[Array, Array]:
+        """Return the joints' wrenches under the elements' unit forces, and those along u."""
+        rest, count = np.zeros(self.engine.model.nv), len(self.elements.names)
         carried = np.zeros((count, len(self.mechanism.joints), 2, 3))
         along = np.zeros((len(rest), count))
-        for k in range(count):
-            pushing = [unit for unit in units if unit.force == k and not unit.pressed]
+        for k in {unit.force for unit in units if unit.pressed == pressed}:
+            pushing = [unit for unit in units if (unit.force, unit.pressed) == (k, pressed)]
             actions = [unit.action for unit in pushing]
             carried[k] = self.transmit(actions, rest, rest, weightless=True)
             along[:, k] = self.demand
-        return units, carried, along
+        return carried, along
 
     def _probe_elements(self) -> None:
         """Find the guides that the elements describe, in a generic position."""
@@ -401,7 +388,8 @@ class EngineTree:
         for near in (0.1, 0.03, 0.01, 0.003, 0.0):
             q = self.mechanism.normalize(self.mechanism.neutral() + near * away)
             try:
-                self.elements.explain(self._push(q, v, 0.0)[2])
+                self.move(q, v, 0.0)
+                self.elements.explain(self._push(self.elements.units(), pressed=False)[1])
             except EngineError:
                 if not near:
                     raise

@@ -90,10 +90,6 @@ class Parts:
             names = _carriers(mechanism, set(owner[self.rows == part].tolist()))
             self.lengths[part] = characteristic_length(mechanism, names)
 
-    def open(self, rows: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-        """Return whether each velocity belongs to the part of one of some rows, shape (nv,)."""
-        return np.isin(self.columns, self.rows[rows])
-
 
 def _carriers(mechanism: Mechanism, owners: set[int]) -> set[str]:
     """Return the names of some loops and contacts, and of the joints that carry them."""

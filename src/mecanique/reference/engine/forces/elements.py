@@ -274,7 +274,8 @@ class GuideReactions(NamedTuple):
     reactions: Array  # shape (joints, 2, 3), reactions of the joints
     # shape (joints, 6), whether redundant elements leave a component undetermined
     loose: npt.NDArray[np.bool_]
-    actions: Array  # shape (units, 3, 3), point, force and moment of each action on a body
+    # shape (units, 3, 3), point, force and moment of each action on a body; with what presses
+    actions: Array
     # shape (k,), whether redundant elements leave a force undetermined
     unknown: npt.NDArray[np.bool_]
 
@@ -300,13 +301,15 @@ def hold(
     spread = np.einsum("ik,kjab->ijab", idle, carried).reshape(len(idle), len(totals), 6)
     loose = (np.abs(spread) > LOOSE).any(axis=0)
     unknown = (np.abs(idle) > LOOSE).any(axis=0)
-    pushes = []
+    actions: list[Array] = []
     for unit in units:
-        size = abs(forces[unit.force]) if unit.pressed else forces[unit.force]
-        pushes.append(size * np.array([unit.action.force, unit.action.torque]))
-    points = np.array([unit.action.point for unit in units]).reshape(-1, 1, 3)
-    actions = np.concatenate([points, np.array(pushes).reshape(-1, 2, 3)], axis=1)
-    return GuideReactions(forces, reactions, loose, actions, unknown)
+        push = np.array([(0.0, 0.0, 0.0), unit.action.force, unit.action.torque])
+        if unit.pressed:  # acts at the same point as the force before it
+            actions[-1] += abs(forces[unit.force]) * push
+        else:
+            actions.append(forces[unit.force] * push)
+            actions[-1][0] = unit.action.point
+    return GuideReactions(forces, reactions, loose, np.array(actions), unknown)
 
 
 @final
