@@ -28,6 +28,7 @@ from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.expression import evaluate, plain, symbols_in
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
+from mecanique.wording import enumerate_words
 
 
 @final
@@ -45,9 +46,9 @@ class Guide:
     def reason(self) -> str:
         """Why the reactions in the joints it crosses are undetermined, in a sentence."""
         return (
-            f"the coordinate map guides {_enumerate(self.joints)} together "
+            f"the coordinate map guides {enumerate_words(self.joints)} together "
             f"({', '.join(self.laws)}) and does not say by what: cords, gears or contacts may act "
-            f"across {_enumerate(self.crossed)}"
+            f"across {enumerate_words(self.crossed)}"
         )
 
 
@@ -65,10 +66,6 @@ def idle_coordinates(guides: Sequence[Guide], joint: Joint) -> frozenset[str]:
         return frozenset()
     held = {name for guide in guides if not guide.crossed for name in guide.coordinates}
     return frozenset(joint.coordinates) - held
-
-
-def _enumerate(words: tuple[str, ...]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
 _NONE = 1e-9

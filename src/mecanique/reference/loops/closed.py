@@ -32,6 +32,7 @@ from mecanique.reference.loops.nullspace import (
     split,
 )
 from mecanique.reference.tolerances import LEAST, LOOSE, OPEN, TINY
+from mecanique.reference.vectors import hat
 
 
 @final
@@ -44,39 +45,22 @@ class MassRoot:
         self._joints = [i for i in range(1, model.njoints) if model.inertias[i].mass > 0]
         inertias = [model.inertias[i] for i in self._joints]
         # reshaped so that empty arrays have three axes, too
-        count = len(inertias)
-        masses = np.array([body_inertia.mass for body_inertia in inertias])
-        levers = np.array([body_inertia.lever for body_inertia in inertias])
-        roots = np.array([_root(body_inertia.inertia) for body_inertia in inertias])
-        self._mass = np.sqrt(masses).reshape(count, 1, 1)
-        self._centers = levers.reshape(count, 3, 1)
-        self._inertia = roots.reshape(count, 3, 3)
-        carried = velocities_that_carry(engine)
-        self._carried = carried[self._joints][:, None, :]
+        self._mass = np.sqrt([inertia.mass for inertia in inertias]).reshape(-1, 1, 1)
+        self._levers = np.array([inertia.lever for inertia in inertias]).reshape(-1, 3, 1)
+        self._inertia = np.array([_root(x.inertia) for x in inertias]).reshape(-1, 3, 3)
+        self._carried = velocities_that_carry(engine)[self._joints][:, None, :]
         rotors = np.sqrt(np.asarray(model.armature))
         self._rotors = np.diag(rotors)[rotors > 0]
 
     def now(self) -> Array:
         """Return A, shape (k, nv), in the state of the joint Jacobians computed last."""
         columns = self._data.J.reshape(6, -1)
-        v, omega = columns[:3], columns[3:]
         poses = [self._data.oMi[i] for i in self._joints]
         turns = np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3)
-        places = np.array([pose.translation for pose in poses]).reshape(-1, 3, 1)
-        centers = places + turns @ self._centers
-        # v + ω × c, written out: NumPy's own product is slow on arrays this small
-        x, y, z = centers[:, :, 0].T[:, :, None]
-        vx, vy, vz = v
-        wx, wy, wz = omega
-        parts = [
-            vx + wy * z - wz * y,
-            vy + wz * x - wx * z,
-            vz + wx * y - wy * x,
-        ]
-        velocities = np.stack(parts, axis=1)
-        spins = turns.transpose(0, 2, 1)
-        linear = self._mass * velocities * self._carried
-        angular = self._inertia @ spins @ omega * self._carried
+        places = np.array([pose.translation for pose in poses]).reshape(-1, 3)
+        centers = places + (turns @ self._levers)[:, :, 0]
+        linear = self._mass * (columns[:3] - hat(centers) @ columns[3:]) * self._carried
+        angular = self._inertia @ turns.transpose(0, 2, 1) @ columns[3:] * self._carried
         nv = columns.shape[1]
         rows = [linear.reshape(-1, nv), angular.reshape(-1, nv), self._rotors]
         root: Array = np.concatenate(rows)
