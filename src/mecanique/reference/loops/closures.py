@@ -172,21 +172,22 @@ class LoopRows:
         place, self.spans = places[1], places[1] - places[0]
         directions = turn_a[self.owner, :, self._component % 3]
         rates, turning = np.zeros_like(place), np.zeros_like(directions)
-        spins = parting = np.zeros((2, *place.shape))
+        spins = velocities = np.zeros((2, *place.shape))
         if moving is not None:
             twists = self._carried @ moving.T
             spins = twists[..., 3:]
             about = hat(spins)
             # of the bodies' points where loops close
-            parting = twists[..., :3] + (about @ place[:, :, None])[..., 0]
-            rates = parting[1]
+            velocities = twists[..., :3] + (about @ place[:, :, None])[..., 0]
+            rates = velocities[1]
             turning = (about[0, self.owner] @ directions[:, :, None])[:, :, 0]
         for i, k in self.rods:
             length = float(np.linalg.norm(self.spans[k]))
             # a rod of length zero has no direction; any one lets an assembly begin
             n = directions[i] = self.spans[k] / length if length else turn_a[k, :, 0]
-            apart = parting[1, k] - parting[0, k]
-            turning[i] = cross(spins[0, k], n) + (apart - (n @ apart) * n) / (length or np.inf)
+            parting = velocities[1, k] - velocities[0, k]
+            across = parting - (n @ parting) * n
+            turning[i] = cross(spins[0, k], n) + across / (length or np.inf)
         for i, k in self._plates:
             inside = turn_a[k].T @ np.array([turn_b[k, :, 0], spins[1, k] - spins[0, k]]).T
             w, change = _turn_in_plane(inside[:, 0], cross(inside[:, 1], inside[:, 0]))
@@ -347,7 +348,7 @@ class Closures:
     def slopes(self, q: Array, t: float) -> tuple[Array, Array]:
         """Return `scale`'s J and rounding at a position, without what velocities change."""
         chart, still = self._chart, np.zeros(len(self.columns))
-        if self.contacts.names or self._velocity_rows.names:
+        if self._velocity_rows.names:
             closure = self.scale(q, still, t)
             return closure.jacobian, closure.rounding
         chart.place(q, t)
