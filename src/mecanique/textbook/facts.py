@@ -11,6 +11,7 @@ without `abs` or comparisons.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias, final
@@ -291,3 +292,16 @@ Fact: TypeAlias = (
     | Occurs
     | Lasting
 )
+
+
+def swing_period(length: Number, g: Number, amplitude: float) -> Number:
+    """Return the period 4 sqrt(l/g) K(sin(A/2)) of a pendulum (Landau & Lifshitz, sect. 11).
+
+    Args:
+        length: of the mathematical pendulum that swings alike [m].
+        g: acceleration of free fall [m/s²].
+        amplitude: A [rad].
+    """
+    from scipy.special import ellipk
+
+    return 4 * (length / g) ** 0.5 * ellipk(math.sin(amplitude / 2) ** 2)

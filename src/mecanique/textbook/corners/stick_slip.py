@@ -35,7 +35,6 @@ SYSTEM = System(
     "(1990) 89",
     build=mechanism,
     start_velocity={"x": 0.1},
-    duration=10.0,
     tags=("planar", "spring", "friction", "corners"),
     facts=(
         facts.ModeAcceleration(

@@ -7,11 +7,12 @@ towards +x, and the angle q2 of the second link from the direction of the first.
 """
 
 import numpy as np
-from numpy import cos, sin, sqrt
+from numpy import sin, sqrt
 
 from mecanique import model as mq
 from mecanique.textbook import System, facts
 from mecanique.textbook.joints import hinge
+from mecanique.textbook.systems.two_link_arm import mass_matrix
 
 m1 = mq.Parameter("m1", 1.0, "kg", "mass of the first link")
 m2 = mq.Parameter("m2", 1.0, "kg", "mass of the second link")
@@ -38,15 +39,6 @@ mechanism = mq.Mechanism(
     inputs=(tau,),
     gravity=(0, 0, -g),
 )
-
-
-def mass_matrix(s: facts.Values) -> list[list[facts.Number]]:
-    """Return M (Tedrake, eq. 3.4)."""
-    outer, cross = s.m2 * s.l2**2 / 3, s.m2 * s.l1 * s.l2 / 2 * cos(s.q2)
-    return [
-        [(s.m1 / 3 + s.m2) * s.l1**2 + outer + 2 * cross, outer + cross],
-        [outer + cross, outer],
-    ]
 
 
 def weights(s: facts.Values) -> tuple[facts.Number, facts.Number]:

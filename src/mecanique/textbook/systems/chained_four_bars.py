@@ -9,7 +9,7 @@ bars against the standing bar before them; n loops of two equations leave one of
 """
 
 import numpy as np
-from numpy import cos, pi, sin, sqrt
+from numpy import cos, pi, sin
 
 from mecanique import model as mq
 from mecanique.textbook import System, facts
@@ -82,10 +82,8 @@ def hanging(s: facts.Values) -> dict[str, facts.Number]:
 
 def period(s: facts.Values) -> facts.Number:
     """Return the period of swinging by one radian, by the complete elliptic integral."""
-    from scipy.special import ellipk
-
     length = s.l * ((s.n + 1) / 3 + s.n) / ((s.n + 1) / 2 + s.n)
-    return 4 * sqrt(length / s.g) * ellipk(sin(0.5) ** 2)
+    return facts.swing_period(length, s.g, 1.0)
 
 
 SYSTEM = System(

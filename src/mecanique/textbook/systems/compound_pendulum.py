@@ -50,13 +50,6 @@ def reaction(s: facts.Values) -> tuple[facts.Number, facts.Number, facts.Number]
     )
 
 
-def period(s: facts.Values) -> facts.Number:
-    """Return the period of swings of amplitude 1 rad."""
-    from scipy.special import ellipk
-
-    return 4 * sqrt(length(s) / s.g) * ellipk(sin(0.5) ** 2)
-
-
 SYSTEM = System(
     title="Rod with a disk, pinned: the pendulum of a clock",
     source="Huygens, Horologium oscillatorium, 1673, part IV; Goldstein, Classical Mechanics, "
@@ -74,7 +67,9 @@ SYSTEM = System(
             lambda s: [sqrt(s.g / length(s))],
         ),
         facts.Period(
-            "swings of amplitude A last 4 sqrt(L / g) K(k), k = sin(A/2)", {"q": 1.0}, period
+            "swings of amplitude A last 4 sqrt(L / g) K(k), k = sin(A/2)",
+            {"q": 1.0},
+            lambda s: facts.swing_period(length(s), s.g, 1.0),
         ),
         facts.Reaction("the pin bears m a_G and the weight", "pin", reaction),
     ),

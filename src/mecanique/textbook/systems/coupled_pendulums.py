@@ -47,13 +47,6 @@ def energy(s: facts.Values) -> facts.Number:
     return T - s.m * s.g * s.l * (cos(s.q1) + cos(s.q2)) + s.k * stretch**2 / 2
 
 
-def period(s: facts.Values) -> facts.Number:
-    """Return the period of swings of amplitude 1 rad side by side, with the spring idle."""
-    from scipy.special import ellipk
-
-    return 4 * sqrt(s.l / s.g) * ellipk(sin(0.5) ** 2)
-
-
 SYSTEM = System(
     title="Two equal pendulums joined by a weak spring",
     source="French, Vibrations and Waves, ch. 5; Goldstein, Classical Mechanics, ch. 6",
@@ -73,7 +66,7 @@ SYSTEM = System(
             "side by side with amplitude A they swing as one alone, 4 sqrt(l / g) K(k), "
             "k = sin(A/2)",
             {"q1": 1.0, "q2": 1.0},
-            period,
+            lambda s: facts.swing_period(s.l, s.g, 1.0),
         ),
         facts.Conserved("the energy with the spring's exact elongation", energy),
     ),

@@ -7,7 +7,7 @@ crank and psi of the rocker from the horizontal, positive upwards, and theta of 
 the crank; the loop at the rocker's end leaves one of them free.
 """
 
-from numpy import cos, pi, sin, sqrt
+from numpy import cos, pi, sin
 
 from mecanique import model as mq
 from mecanique.textbook import System, facts
@@ -64,10 +64,8 @@ def energy(s: facts.Values) -> facts.Number:
 
 def period(s: facts.Values) -> facts.Number:
     """Return the period of a parallelogram at amplitude 0.8 rad, by the elliptic integral K."""
-    from scipy.special import ellipk
-
     length = s.a * (s.m1 / 3 + s.m2 + s.m3 / 3) / (s.m1 / 2 + s.m2 + s.m3 / 2)
-    return 4 * sqrt(length / s.g) * ellipk(sin(0.4) ** 2)
+    return facts.swing_period(length, s.g, 0.8)
 
 
 SYSTEM = System(

@@ -131,7 +131,6 @@ SYSTEM = System(
     source="R. Willis, Principles of Mechanism, 1841; J. J. Uicker, G. R. Pennock & J. E. Shigley, "
     "Theory of Machines and Mechanisms, 2003, ch. 9",
     build=mechanism,
-    start={},
     duration=5.0,
     tags=("planar", "gear", "drive", "linear", "mimic"),
     facts=(

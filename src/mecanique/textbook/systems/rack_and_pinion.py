@@ -66,7 +66,6 @@ SYSTEM = System(
     source="line of action and pressure angle as in J. J. Uicker, G. R. Pennock & J. E. Shigley, "
     "Theory of Machines and Mechanisms, 2003, ch. 7",
     build=mechanism,
-    start={},
     duration=6.0,
     tags=("planar", "gear", "drive", "spring", "linear", "mimic"),
     facts=(

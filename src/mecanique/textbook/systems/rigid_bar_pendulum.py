@@ -5,7 +5,7 @@ plane under gravity g. The generalized coordinate q is the angle from the downwa
 positive towards +x.
 """
 
-from numpy import cos, sin, sqrt
+from numpy import cos, sin
 
 from mecanique import model as mq
 from mecanique.textbook import System, facts
@@ -32,13 +32,6 @@ def reaction(s: facts.Values) -> tuple[float, float, float]:
     return Rt * cos(s.q) - Rn * sin(s.q), 0.0, Rt * sin(s.q) + Rn * cos(s.q)
 
 
-def period(s: facts.Values) -> float:
-    """Return the period at amplitude 2 rad, by the complete elliptic integral K."""
-    from scipy.special import ellipk
-
-    return float(4 * sqrt(2 * s.l / (3 * s.g)) * ellipk(sin(1.0) ** 2))
-
-
 SYSTEM = System(
     title="Homogeneous rod, pinned at one end, under gravity",
     source="Fundamentals of Dynamics, ch. 1, Figure 1.4, eqs. 1.14-1.26",
@@ -58,7 +51,9 @@ SYSTEM = System(
             "R_n = m g cos(q) + m l q'² / 2 and R_t = m g sin(q) + m l q'' / 2", "pin", reaction
         ),
         facts.Period(
-            "swings of amplitude A last 4 sqrt(2 l / (3 g)) K(k), k = sin(A/2)", {"q": 2.0}, period
+            "swings of amplitude A last 4 sqrt(2 l / (3 g)) K(k), k = sin(A/2)",
+            {"q": 2.0},
+            lambda s: facts.swing_period(2 * s.l / 3, s.g, 2.0),
         ),
     ),
     forms={

@@ -65,7 +65,6 @@ SYSTEM = System(
     title="Screw press with a flywheel",
     source="pitch and screw after Ball, A Treatise on the Theory of Screws, 1900, ch. I",
     build=mechanism,
-    start={},
     duration=2.0,
     tags=("screw", "drive", "linear", "mimic"),
     facts=(

@@ -97,7 +97,6 @@ SYSTEM = System(
     "Dynamics of Structures, ch. 11",
     options={"n": 5},
     build=build,
-    duration=10.0,
     tags=("structure", "planar", "spring", "damper", "linear", "chain", "modes"),
     facts=(
         facts.MassMatrix("M = m times the unit matrix", lambda s: s.m * np.eye(s.n)),

@@ -30,13 +30,6 @@ def tension(s: facts.Values) -> tuple[float, float, float]:
     return -S * sin(s.q), 0.0, S * cos(s.q)
 
 
-def period(s: facts.Values) -> float:
-    """Return the period at amplitude 2.5 rad, by the complete elliptic integral K."""
-    from scipy.special import ellipk
-
-    return float(4 * sqrt(s.l / s.g) * ellipk(sin(1.25) ** 2))
-
-
 def swing(s: facts.Values) -> dict[str, float]:
     """Return the motion of amplitude 2.5 rad, lowest at t = 0, by Jacobi's elliptic functions."""
     from scipy.special import ellipj
@@ -57,13 +50,15 @@ SYSTEM = System(
         facts.Acceleration("q'' = -g sin(q) / l", lambda s: [-s.g / s.l * sin(s.q)]),
         facts.Reaction("the rod pulls with m g cos(q) + m l q'²", "pin", tension),
         facts.Period(
-            "swings of amplitude A last 4 sqrt(l / g) K(k), k = sin(A/2)", {"q": 2.5}, period
+            "swings of amplitude A last 4 sqrt(l / g) K(k), k = sin(A/2)",
+            {"q": 2.5},
+            lambda s: facts.swing_period(s.l, s.g, 2.5),
         ),
         facts.Solution(
             "sin(q/2) = k sn(sqrt(g/l) t, k), from the lowest point",
             lambda s: {"q'": 2 * sin(1.25) * sqrt(s.g / s.l)},
             swing,
-            until=lambda s: 1.5 * period(s),
+            until=lambda s: 1.5 * facts.swing_period(s.l, s.g, 2.5),
         ),
     ),
     forms={

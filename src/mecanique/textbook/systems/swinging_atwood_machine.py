@@ -82,7 +82,6 @@ SYSTEM = System(
     "Am. J. Phys. 54 (1986) 142",
     build=mechanism,
     start={"r": 1.0, "theta": 1.5},
-    duration=10.0,
     tags=("pulley", "pendulum", "planar", "chaos", "mimic"),
     facts=(
         facts.Acceleration(

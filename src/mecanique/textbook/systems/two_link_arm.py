@@ -45,7 +45,7 @@ mechanism = mq.Mechanism(
 
 
 def mass_matrix(s: facts.Values) -> list[list[facts.Number]]:
-    """Return M (Spong, Hutchinson & Vidyasagar, eq. 6.90, for rods)."""
+    """Return M (Spong, Hutchinson & Vidyasagar, eq. 6.90; Tedrake, eq. 3.4; for rods)."""
     outer, cross = s.m2 * s.l2**2 / 3, s.m2 * s.l1 * s.l2 / 2 * cos(s.q2)
     return [
         [(s.m1 / 3 + s.m2) * s.l1**2 + outer + 2 * cross, outer + cross],

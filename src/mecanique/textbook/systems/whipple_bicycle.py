@@ -14,7 +14,6 @@ tensors of inertia IBxx, IByy, IBzz, IBxz and IHxx, IHyy, IHzz, IHxz, the last o
 of the tensor with x ahead and z up.
 """
 
-from collections.abc import Mapping
 from typing import TypeAlias
 
 from numpy import array, block, cos, cross, diag, eye, pi, real, sin, tan, zeros
@@ -61,76 +60,16 @@ PARAMETERS = (
     mq.Parameter("IFyy", 0.28, "kg·m²", "moment of inertia of the front wheel about its hub"),
     mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
 )
+p = {parameter.symbol: parameter for parameter in PARAMETERS}
 
 
-def build(**p: mq.Parameter) -> mq.Mechanism:
-    """Return the bicycle, its rear hub led by three slides and turned by three hinges."""
-    tilt, rR, rF = p["tilt"], p["rR"], p["rF"]
-    steering = p["w"] + p["c"] - rR * mq.tan(tilt)  # where the axis meets the hub's height
-    ahead, above = p["w"] - steering, rF - rR
-    front = ahead * mq.cos(tilt) + above * mq.sin(tilt), above * mq.cos(tilt) - ahead * mq.sin(tilt)
-    frame = piece(p, "B", p["xB"], p["zB"] - rR)
-    fork = piece(p, "H", p["xH"] - steering, p["zH"] - rR).at(rpy=(0, tilt, 0))
-    floor = mq.Visual(
-        mq.Box((2.4, 1.0, 0.02)), mq.Placement((0.5, 0, -0.01)), (0.85, 0.85, 0.85, 1.0)
-    )
-    torso = mq.Visual(
-        mq.Box((0.3, 0.35, 0.7)), mq.Placement((p["xB"], 0, p["zB"])), (0.3, 0.6, 0.5, 1.0)
-    )
-    rider = mq.massless(torso)
-    hub, seat = (0, 0), (p["xB"] - 0.1, 0.6)
-    head = steering - 0.45 * mq.sin(tilt), 0.45 * mq.cos(tilt)
-    bar = mq.Visual(mq.Cylinder(0.02, 0.5), mq.Placement((0.05, 0, 0.75), (pi / 2, 0, 0)), BLUE)
-    chart = (*slides("hub"), *hinges("hub", "lean", "frame"))
-    return mq.Mechanism(
-        name="whipple_bicycle",
-        bodies=(
-            mq.Body("ground", mq.massless(floor)),
-            *carriers(chart),
-            mq.Body("frame", frame, tube(hub, seat), tube(seat, head), tube(hub, head), rider),
-            mq.Body("rear_wheel", *wheel(p, "R")),
-            mq.Body(
-                "fork", fork, tube(front, (0, 0.4)), tube((0, 0.4), (0.05, 0.75)), mq.massless(bar)
-            ),
-            mq.Body("front_wheel", *wheel(p, "F")),
-        ),
-        joints=(
-            *chart,
-            mq.Revolute("rear_hub", "frame", "rear_wheel", axis=(0, 1, 0), coordinate="rear_spin"),
-            mq.Revolute(
-                "headset",
-                "frame",
-                "fork",
-                axis=(0, 0, -1),
-                origin=mq.Placement((steering, 0, 0), (0, -tilt, 0)),
-                coordinate="steer",
-            ),
-            hinge(
-                "front_hub",
-                "fork",
-                "front_wheel",
-                "front_spin",
-                at=(front[0], 0, front[1]),
-                axis=(0, 1, 0),
-            ),
-        ),
-        coordinates=mq.Coordinates((), limits={"roll": (-pi / 2, pi / 2)}),
-        contacts=(
-            mq.Rolling("rear_contact", "rear_wheel", rR),
-            mq.Rolling("front_contact", "front_wheel", rF),
-        ),
-        parameters=tuple(p.values()),
-        gravity=(0, 0, -p["g"]),
-    )
-
-
-def piece(p: Mapping[str, mq.Parameter], of: str, x: Scalar, z: Scalar) -> mq.Shape:
+def piece(of: str, x: Scalar, z: Scalar) -> mq.Shape:
     """Return the mass of the frame or the fork, its center at x and z of the hub's axes."""
     xx, yy, zz, xz = (p[f"I{of}{entry}"] for entry in ("xx", "yy", "zz", "xz"))
     return mq.Shape(p[f"m{of}"], (x, 0, z), (xx, yy, zz, 0, xz, 0))
 
 
-def wheel(p: Mapping[str, mq.Parameter], of: str) -> tuple[mq.Shape, ...]:
+def wheel(of: str) -> tuple[mq.Shape, ...]:
     """Return a wheel with a spoke, by which its turning is seen."""
     r, across, about_hub = p[f"r{of}"], p[f"I{of}xx"], p[f"I{of}yy"]
     paint = (0.0, 0.447, 0.698, 0.35)
@@ -146,6 +85,64 @@ def tube(start: tuple[Scalar, Scalar], end: tuple[Scalar, Scalar]) -> mq.Shape:
     x, z = x1 - x0, z1 - z0
     middle = mq.Placement(((x0 + x1) / 2, 0, (z0 + z1) / 2), (0, mq.atan(x / z), 0))
     return mq.massless(mq.Visual(mq.Cylinder(0.02, mq.sqrt(x * x + z * z)), middle, BLUE))
+
+
+# the bicycle, its rear hub led by three slides and turned by three hinges
+tilt, rR, rF = p["tilt"], p["rR"], p["rF"]
+steering = p["w"] + p["c"] - rR * mq.tan(tilt)  # where the axis meets the hub's height
+ahead, above = p["w"] - steering, rF - rR
+front = ahead * mq.cos(tilt) + above * mq.sin(tilt), above * mq.cos(tilt) - ahead * mq.sin(tilt)
+frame = piece("B", p["xB"], p["zB"] - rR)
+fork = piece("H", p["xH"] - steering, p["zH"] - rR).at(rpy=(0, tilt, 0))
+floor = mq.Visual(mq.Box((2.4, 1.0, 0.02)), mq.Placement((0.5, 0, -0.01)), (0.85, 0.85, 0.85, 1.0))
+torso = mq.Visual(
+    mq.Box((0.3, 0.35, 0.7)), mq.Placement((p["xB"], 0, p["zB"])), (0.3, 0.6, 0.5, 1.0)
+)
+rider = mq.massless(torso)
+hub, seat = (0, 0), (p["xB"] - 0.1, 0.6)
+head = steering - 0.45 * mq.sin(tilt), 0.45 * mq.cos(tilt)
+bar = mq.Visual(mq.Cylinder(0.02, 0.5), mq.Placement((0.05, 0, 0.75), (pi / 2, 0, 0)), BLUE)
+chart = (*slides("hub"), *hinges("hub", "lean", "frame"))
+mechanism = mq.Mechanism(
+    name="whipple_bicycle",
+    bodies=(
+        mq.Body("ground", mq.massless(floor)),
+        *carriers(chart),
+        mq.Body("frame", frame, tube(hub, seat), tube(seat, head), tube(hub, head), rider),
+        mq.Body("rear_wheel", *wheel("R")),
+        mq.Body(
+            "fork", fork, tube(front, (0, 0.4)), tube((0, 0.4), (0.05, 0.75)), mq.massless(bar)
+        ),
+        mq.Body("front_wheel", *wheel("F")),
+    ),
+    joints=(
+        *chart,
+        mq.Revolute("rear_hub", "frame", "rear_wheel", axis=(0, 1, 0), coordinate="rear_spin"),
+        mq.Revolute(
+            "headset",
+            "frame",
+            "fork",
+            axis=(0, 0, -1),
+            origin=mq.Placement((steering, 0, 0), (0, -tilt, 0)),
+            coordinate="steer",
+        ),
+        hinge(
+            "front_hub",
+            "fork",
+            "front_wheel",
+            "front_spin",
+            at=(front[0], 0, front[1]),
+            axis=(0, 1, 0),
+        ),
+    ),
+    coordinates=mq.Coordinates((), limits={"roll": (-pi / 2, pi / 2)}),
+    contacts=(
+        mq.Rolling("rear_contact", "rear_wheel", rR),
+        mq.Rolling("front_contact", "front_wheel", rF),
+    ),
+    parameters=PARAMETERS,
+    gravity=(0, 0, -p["g"]),
+)
 
 
 Part: TypeAlias = "tuple[facts.Number, facts.Number, facts.Number, facts.Number]"
@@ -262,8 +259,7 @@ SYSTEM = System(
     title="Whipple's bicycle",
     source="F. J. W. Whipple, Q. J. Pure Appl. Math. 30 (1899) 312; benchmark of Meijaard, "
     "Papadopoulos, Ruina & Schwab, Proc. R. Soc. A 463 (2007) 1955, table 1",
-    parameters=PARAMETERS,
-    build=build,
+    build=mechanism,
     start={"z": 0.3},
     start_velocity={"x": SPEED, "roll": 0.5},
     duration=5.0,
