@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, TypeVar, final
 
@@ -95,14 +95,10 @@ class FileOptions:
 
     def read(self, path: Path) -> mq.Mechanism:
         """Return the mechanism of a file."""
-        of_urdf: dict[str, Any] = {
-            "root": self.root if self.root != "fixed" else None,
-            "strict": self.strict,
-            "package_path": self.package_path,
-            "arguments": self.arguments,
-            "loops": self.loops,
-        }
-        given = {name: value for name, value in of_urdf.items() if value}
+        # other formats than URDF refuse what is asked of it
+        given = {name: value for name, value in vars(self).items() if value and name != "keep"}
+        if self.root == "fixed":
+            del given["root"]
         return mq.read(path, parameters=self.keep, **given)
 
 
@@ -130,6 +126,7 @@ def reads_files(command: Callable[..., R]) -> Callable[..., R]:
     )
     @click.option(
         "--arg",
+        "arguments",
         multiple=True,
         metavar="NAME=VALUE",
         help="Set an argument of a xacro file; repeatable.",
@@ -148,26 +145,12 @@ def reads_files(command: Callable[..., R]) -> Callable[..., R]:
         "or properties of a xacro file.",
     )
     @functools.wraps(command)
-    def reads(
-        *args: Any,
-        root: Root,
-        floating: bool,
-        strict: bool,
-        package_path: tuple[Path, ...],
-        arg: tuple[str, ...],
-        loops: Path | None,
-        keep: tuple[str, ...],
-        **kwargs: Any,
-    ) -> R:
-        reading = FileOptions(
-            "floating" if floating else root,
-            strict,
-            package_path,
-            dict(map(_split, arg)),
-            loops,
-            tuple(word for words in keep for word in words.split(",") if word),
-        )
-        return command(*args, reading=reading, **kwargs)
+    def reads(*args: Any, floating: bool, **kwargs: Any) -> R:
+        given = {item.name: kwargs.pop(item.name) for item in fields(FileOptions)}
+        given["arguments"] = dict(map(_split, given["arguments"]))
+        given["keep"] = tuple(word for text in given["keep"] for word in text.split(",") if word)
+        given["root"] = "floating" if floating else given["root"]
+        return command(*args, reading=FileOptions(**given), **kwargs)
 
     return reads
 
