@@ -12,7 +12,16 @@ from numpy.typing import NDArray
 
 from mecanique.errors import MecaniqueError
 from mecanique.figure.paper.marks import Point, directions
-from mecanique.figure.solids import ACROSS, ISOMETRIC, Camera, Floats, Outline, side_of, solids
+from mecanique.figure.solids import (
+    ACROSS,
+    ISOMETRIC,
+    Camera,
+    Floats,
+    Outline,
+    side_of,
+    solids,
+    span_box,
+)
 from mecanique.model.bodies.visuals import Box
 from mecanique.model.constraints.friction import Contact, Stop, Switching
 from mecanique.model.expression import Scalar
@@ -226,19 +235,11 @@ def _trim_plates(
         if (high <= low).any():
             yield solid
             continue
-        corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
-        middle = (low + high) / 2
-        far = int(np.argmax(high - low))
-        arm = (high - low)[far] / 2 * axes[:, far]
         pose = solid.pose.copy()
-        pose[:3, 3] = center + axes @ middle
-        yield replace(
-            solid,
-            ends=np.array([pose[:3, 3] - arm, pose[:3, 3] + arm]),
-            size=float(np.linalg.norm(high - low)) / 2,
-            corners=center + (low + corners * (high - low)) @ axes.T,
-            pose=pose,
-        )
+        pose[:3, 3] = middle = center + axes @ (low + high) / 2
+        arm, size, corners = span_box(middle, axes, (high - low) / 2)
+        ends = np.array([middle - arm, middle + arm])
+        yield replace(solid, ends=ends, size=size, corners=corners, pose=pose)
 
 
 def is_zero(scalar: Scalar) -> bool:

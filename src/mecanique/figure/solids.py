@@ -234,11 +234,7 @@ def _solid(mechanism: Mechanism, body: str, pose: Floats, visual: Visual) -> Out
     sizes = mechanism.evaluate_all(measures)
     match kind:
         case "box":
-            half = np.array(sizes) / 2
-            signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
-            corners = center + (signs * half) @ axes.T
-            far = int(np.argmax(half))
-            arm, size = half[far] * axes[:, far], float(np.linalg.norm(half))
+            arm, size, corners = span_box(center, axes, np.array(sizes) / 2)
         case "cylinder":
             size, arm = sizes[0], sizes[1] / 2 * axes[:, 2]
             turn = np.linspace(0, 2 * math.pi, 48, endpoint=False)
@@ -258,6 +254,14 @@ def _solid(mechanism: Mechanism, body: str, pose: Floats, visual: Visual) -> Out
         geometry=visual.geometry,
         clear=visual.rgba is not None and visual.rgba[3] < 1,
     )
+
+
+def span_box(center: Floats, axes: Floats, half: Floats) -> tuple[Floats, float, Floats]:
+    """Return half the longest edge of a box, half its diagonal, and its corners, shape (8, 3)."""
+    signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
+    far = int(np.argmax(half))
+    arm = half[far] * axes[:, far]
+    return arm, float(np.linalg.norm(half)), center + (signs * half) @ axes.T
 
 
 def outline(solid: Outline, camera: Camera) -> Iterator[Mark]:

@@ -34,6 +34,7 @@ from mecanique.model.bodies.visuals import Mesh, Visual, measure
 from mecanique.model.constraint_base import PressingContact
 from mecanique.model.expression import Scalar, symbols_in
 from mecanique.model.expression import evaluate as evaluate_scalar
+from mecanique.model.force_base import End
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.validation import MASS, MOMENT, TRIANGLE, rules_of
 from mecanique.model.placement import Placement
@@ -54,7 +55,7 @@ from mecanique.textbook import load
 from mecanique.textbook.catalogue import is_known
 from mecanique.verification.states import random_states
 from mecanique.viewing.corners import PageCorners
-from mecanique.viewing.scene.drawn import Spot, group_work, name_arrows, spans_of, tips_of
+from mecanique.viewing.scene.drawn import group_work, name_arrows, spans_of, tips_of
 from mecanique.viewing.scene.from_motion import LOST, fit, losses_of, names_of, scene_of
 from mecanique.viewing.scene.scene import (
     Bound,
@@ -581,7 +582,7 @@ class Maker:
             **self._actions.guide_sizes,
         }
 
-    def _locate(self, spot: Spot) -> list[Any]:
+    def _locate(self, spot: End) -> list[Any]:
         pose = self._dynamics.tree.recursion.pose(spot.body)
         return times_point(pose, [self._number(c) for c in spot.point])
 

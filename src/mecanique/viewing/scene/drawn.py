@@ -5,19 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeVar, final
+from typing import TypeVar, final
 
 import numpy as np
 
+from mecanique.derivation.mechanics.forces import AppliedWrench
 from mecanique.figure.solids import list_branch
 from mecanique.model.bodies.visuals import Cylinder, Mesh, Visual, measure
 from mecanique.model.constraint_base import Strung, list_cord_runs
 from mecanique.model.expression import Scalar, Vector
-from mecanique.model.force_base import LineLoad, loads_in
+from mecanique.model.force_base import End, LineLoad, Point, loads_in
 from mecanique.model.joint_base import Single
 from mecanique.model.joints import Joint, Planar, Prismatic, Revolute, Spherical, Universal
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.teeth import visuals_of
+from mecanique.motion.analysis.forces import Action
 from mecanique.viewing.scene.scene import (
     GREY,
     ArrowUnit,
@@ -140,21 +142,12 @@ _SLENDER = 4
 
 @final
 @dataclass(frozen=True)
-class Spot:
-    """A point of a body."""
-
-    body: str
-    point: Vector
-
-
-@final
-@dataclass(frozen=True)
 class DrawnSpan:
     """Something drawn between two points."""
 
     name: str
     kind: LineKind
-    ends: tuple[Spot, Spot]
+    ends: tuple[End, End]
 
 
 def spans_of(mechanism: Mechanism) -> Iterator[DrawnSpan]:
@@ -165,15 +158,14 @@ def spans_of(mechanism: Mechanism) -> Iterator[DrawnSpan]:
     kinds: dict[str, LineKind] = {"spring": "spring", "damper": "damper", "load": "pull"}
     forces = [force for force in mechanism.forces if isinstance(force, LineLoad)]
     for force in forces:
-        a, b = (Spot(end.body, end.point) for end in force.ends)
-        yield DrawnSpan(force.name, kinds[force.kind], (a, b))
+        yield DrawnSpan(force.name, kinds[force.kind], force.ends)
     for loop in mechanism.loops:
         if loop.kind == "distance":
-            a, b = Spot(loop.body_a, loop.frame_a.xyz), Spot(loop.body_b, loop.frame_b.xyz)
+            a, b = End(loop.body_a, loop.frame_a.xyz), End(loop.body_b, loop.frame_b.xyz)
             yield DrawnSpan(loop.name, "rod", (a, b))
     for element in mechanism.switching:
         for run in map(mechanism.joint, list_cord_runs(element)):
-            a, b = Spot(run.parent, run.origin.xyz), Spot(run.child, (0.0, 0.0, 0.0))
+            a, b = End(run.parent, run.origin.xyz), End(run.child, (0.0, 0.0, 0.0))
             yield DrawnSpan(f"joint {run.name}", "rod", (a, b))
     cords = [guide for guide in mechanism.elements if isinstance(guide, Strung)]
     held = {stop.body for cord in cords for stop in cord.stops}
@@ -184,26 +176,26 @@ def spans_of(mechanism: Mechanism) -> Iterator[DrawnSpan]:
         if isinstance(joint, Prismatic) and (
             joint.name in sprung or (joint.parent != mechanism.ground and joint.child not in held)
         ):
-            a, b = Spot(joint.parent, joint.origin.xyz), Spot(joint.child, (0.0, 0.0, 0.0))
+            a, b = End(joint.parent, joint.origin.xyz), End(joint.child, (0.0, 0.0, 0.0))
             kind: LineKind = "spring" if joint.name in sprung else "rod"
             yield DrawnSpan(f"joint {joint.name}", kind, (a, b))
 
 
-def tips_of(mechanism: Mechanism) -> Iterator[Spot]:
+def tips_of(mechanism: Mechanism) -> Iterator[End]:
     """Yield the farthest point from the joint on each last body of a chain."""
     parents = {joint.parent for joint in mechanism.joints}
     for body in mechanism.bodies:
         if body.name in parents or body.name == mechanism.ground or not body.visuals:
             continue
         tips = [tip for visual in body.visuals for tip in _tips(mechanism, visual)]
-        yield Spot(body.name, max(tips, key=lambda tip: _distance(mechanism, tip)))
+        yield End(body.name, max(tips, key=lambda tip: _distance(mechanism, tip)))
 
 
 def _distance(mechanism: Mechanism, tip: Vector) -> float:
     return round(float(np.linalg.norm(mechanism.evaluate_all(tip))), 9)
 
 
-def _tips(mechanism: Mechanism, visual: Visual) -> Iterator[Vector]:
+def _tips(mechanism: Mechanism, visual: Visual) -> Iterator[Point]:
     center = visual.placement.xyz
     axis = [row[2] for row in visual.placement.rotation]
     half: Scalar = 0.0
@@ -216,28 +208,11 @@ def _tips(mechanism: Mechanism, visual: Visual) -> Iterator[Vector]:
         yield x, y, z
 
 
-class Named(Protocol):
-    """The name of a force, and the body it acts on."""
-
-    @property
-    def name(self) -> str:
-        """Of the force, the joint or the body."""
-
-    @property
-    def kind(self) -> str:
-        """What makes it."""
-
-    @property
-    def body(self) -> str:
-        """The body it acts on."""
+AnyAction = TypeVar("AnyAction", Action, AppliedWrench)
+"""A force on a body along a motion, or the same on a tape."""
 
 
-AnyAction = TypeVar("AnyAction", bound=Named)
-
-
-def name_arrows(
-    actions: Iterable[AnyAction],
-) -> Iterator[tuple[str, AnyAction, ArrowUnit]]:
+def name_arrows(actions: Iterable[AnyAction]) -> Iterator[tuple[str, AnyAction, ArrowUnit]]:
     """Yield the name of each arrow, its action and the unit of what it shows, force or moment."""
     used: dict[str, int] = {}
     for action in actions:

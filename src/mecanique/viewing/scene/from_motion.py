@@ -9,6 +9,7 @@ import numpy as np
 
 from mecanique.figure.solids import FRONT, cord_stretches, moves_parallel
 from mecanique.model.constraint_base import Striking
+from mecanique.model.force_base import End
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import per_second, units
 from mecanique.model.quaternions import from_matrices
@@ -16,7 +17,6 @@ from mecanique.motion.analysis.forces import Action, Actions
 from mecanique.motion.motion import Motion
 from mecanique.motion.record.events import Occurrence, break_names
 from mecanique.viewing.scene.drawn import (
-    Spot,
     bodies_of,
     marks_of,
     name_arrows,
@@ -216,7 +216,7 @@ def _lines(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterator[
         yield DrawnLine(span.name, span.kind, np.stack(points, axis=1))
 
 
-def _follow(mechanism: Mechanism, poses: Floats, at: dict[str, int], end: Spot) -> Floats:
+def _follow(mechanism: Mechanism, poses: Floats, at: dict[str, int], end: End) -> Floats:
     """A point of a body along the motion."""
     pose = poses[:, at[end.body]]
     turned = pose[:, :3, :3] @ np.array(mechanism.evaluate_all(end.point))
