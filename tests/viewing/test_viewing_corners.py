@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from viewing_browser import Visit
-from viewing_engines import SCRIPT, engine_of, needs_node, run
+from viewing_engines import SCRIPTS, engine_of, needs_node, run
 
 import mecanique as mq
 from mecanique.motion.motion import Motion
@@ -170,7 +170,9 @@ def test_a_page_of_painlevés_rod_stops_where_no_mode_follows(tmp_path: Path) ->
     task = {"engine": engine, "rtol": 1e-10, "times": []}
     path = tmp_path / "tasks.json"
     path.write_text(json.dumps([task]), encoding="utf-8")
-    done = subprocess.run(["node", str(SCRIPT), str(path)], capture_output=True, text=True)
+    done = subprocess.run(
+        ["node", str(SCRIPTS / "run_engines.js"), str(path)], capture_output=True, text=True
+    )
     assert "There is no motion with these values" in done.stderr
 
 

@@ -20,6 +20,7 @@ from viewing_engines import engine_of, needs_node, run
 
 import mecanique as mq
 from mecanique.generation import dop853
+from mecanique.model.mechanism_units import units
 from mecanique.textbook import entry, load, names
 from mecanique.viewing.engine import Maker
 from mecanique.viewing.page.page import page
@@ -170,6 +171,31 @@ def test_the_tableau_is_that_of_dormand_and_prince() -> None:
     for stage, weight in tables["STAGES"][12]:
         last[stage] = weight
     assert np.array_equal(last, tableau.B)
+
+
+@needs_node
+@pytest.mark.parametrize("name", ["governor", "four_bar_linkage"])
+def test_a_page_finds_every_position_of_rest_that_python_does(name: str, tmp_path: Path) -> None:
+    """Of the governor's, four are where loops lose rank: the sleeve on top, arms up or down."""
+    system, mechanism = entry(name), load(name)
+    motion = mq.simulate(mechanism, q=dict(system.start), duration=0.1)
+    unit = units(mechanism)
+    turns = [unit[coordinate] == "rad" for coordinate in mechanism.coordinates]
+    spans = [math.pi if turn else 1.0 for turn in turns]
+    task = {"engine": asdict(engine_of(motion)), "spans": spans, "turns": turns}
+    rests = run(task, tmp_path, "find_rests")
+    known = mq.equilibria(mechanism)
+    assert len(rests) == len(known)
+    for equilibrium in known:
+        free = [mechanism.coordinates.index(coordinate) for coordinate in equilibrium.family]
+        gaps = np.array([rest["q"] for rest in rests]) - equilibrium.q
+        gaps[:, turns] = (gaps[:, turns] + math.pi) % (2 * math.pi) - math.pi
+        gaps[:, free] = 0.0
+        nearest = int(np.abs(gaps).max(axis=1).argmin())
+        assert np.abs(gaps[nearest]).max() < 1e-6
+        squares = sorted(max(square, 0.0) for square in rests[nearest]["squares"])
+        frequencies = equilibrium.linearization.frequencies
+        assert np.sqrt(squares) == pytest.approx(sorted(frequencies), rel=1e-4, abs=1e-3)
 
 
 def test_a_page_that_cannot_compute_says_why() -> None:

@@ -16,7 +16,7 @@ from mecanique.viewing.engine import Maker, write_python
 from mecanique.viewing.scene.from_motion import scene_of
 from mecanique.viewing.scene.scene import PageProgram
 
-SCRIPT = Path(__file__).parent / "javascript" / "run_engines.js"
+SCRIPTS = Path(__file__).parent / "javascript"
 ASSETS = Path(mq.__file__).parent / "viewing" / "page" / "assets" / "engine"
 
 needs_node = pytest.mark.skipif(shutil.which("node") is None, reason="no node found")
@@ -46,12 +46,15 @@ def engine_of(motion: mq.Motion) -> PageProgram:
     return maker.make(scene, write_python(motion.mechanism))
 
 
-def run(tasks: list[dict[str, Any]], folder: Path) -> list[dict[str, Any]]:
-    """Move engines to their ends under node."""
+def run(tasks: Any, folder: Path, script: str = "run_engines") -> list[dict[str, Any]]:
+    """Run a script on engines under node: move each to its end, or what else it does."""
     path = folder / "tasks.json"
     path.write_text(json.dumps(tasks), encoding="utf-8")
     done = subprocess.run(
-        ["node", str(SCRIPT), str(path)], capture_output=True, text=True, check=False
+        ["node", str(SCRIPTS / f"{script}.js"), str(path)],
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 0, done.stderr
     found: list[dict[str, Any]] = json.loads(done.stdout)

@@ -353,6 +353,7 @@ class Maker:
         }
         not_always = {
             "closure": self._closure(),
+            "tree": self._tree(),
             "bounds": [x for _, pair in bounds for x in pair],
             "rules": [x for _, group in conditions for x in group],
             "gradients": gradients_of(motion, self._letters),
@@ -465,6 +466,12 @@ class Maker:
             return []
         loops = self._dynamics.loops
         return [*loops.residual, *loops.rate, *(entry for row in loops.jacobian for entry in row)]
+
+    def _tree(self) -> list[Any]:
+        """M and the load of the tree, for places where loops lose rank; empty for a tree."""
+        if not self._mechanism.constrained:
+            return []
+        return [*(x for row in self._dynamics.mass_matrix for x in row), *self._dynamics.drive]
 
     def _margins(self, chosen: np.ndarray) -> dict[str, tuple[Any, Any, Any]]:
         """What contacts and cords have left, where the program gives it as the reference does."""

@@ -149,7 +149,7 @@ class TapeDynamics:
         """Generalized accelerations."""
         if self.letters.mechanism.constrained:
             return self._solution.acceleration
-        return factorize(self.letters.tape, self.mass_matrix).solve(self._drive)
+        return factorize(self.letters.tape, self.mass_matrix).solve(self.drive)
 
     @property
     def multipliers(self) -> list[Any]:
@@ -157,7 +157,7 @@ class TapeDynamics:
         return self._solution.multipliers
 
     @property
-    def _drive(self) -> list[Any]:
+    def drive(self) -> list[Any]:
         """Forces and torques minus bias."""
         parts = zip(self.forces, self.letters.tau, self.bias, strict=True)
         return [Q + tau - h for Q, tau, h in parts]
@@ -173,7 +173,7 @@ class TapeDynamics:
 
     @cached_property
     def _solution(self) -> ConstrainedSolution:
-        return self._constrained.solve(self._drive)
+        return self._constrained.solve(self.drive)
 
     def _inverse_dynamics(self) -> list[Any]:
         if isinstance(self._form, Tree):

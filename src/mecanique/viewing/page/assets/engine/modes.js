@@ -57,6 +57,7 @@ function spread(n, dimensions) {
 }
 
 const isAlike = (modes, others) => {
+  if (modes.length !== others.length) return false;
   const most = Math.max(...modes.map(({ square }) => Math.abs(square)), 1e-300);
   return modes.every(({ square }, k) => Math.abs(square - others[k].square) < 1e-4 * most);
 };
@@ -70,12 +71,54 @@ export class SmallMotions {
     this.p = Float64Array.from(setting.p);
     this.loops = machine.loopsWith(this.p);
     this.slopes = new Float64Array(machine.nq + machine.nv + 1);
+    this.rank = 0; // of the loops, the largest so far
   }
 
   accelerations(y, force = null) {
     const { program, nq, nv } = this.machine;
+    const axes = this.axesOfLoops(y);
+    this.rank = Math.max(this.rank, axes.length);
+    if (axes.length < this.rank) return this.accelerateWhereSingular(y, force, axes);
     program.rates(this.t, y, this.p, this.slopes, force);
     return [...this.slopes.subarray(nq, nq + nv)];
+  }
+
+  // Unit vectors across the velocities that loops leave free.
+  axesOfLoops(y) {
+    if (!this.loops) return [];
+    this.loops.evaluate(this.t, y);
+    return this.loops.basis(this.loops.count).map(({ axis }) => axis);
+  }
+
+  // Whether loops have the same rank next to a position of rest: else no small motions go on from it.
+  isRegular({ y, at }) {
+    const rank = this.axesOfLoops(y).length;
+    if (at.L.length + rank > this.machine.nv) return false; // all but singular
+    return at.L.every((x) => this.axesOfLoops(this.moved(y, x, SMALL)).length === rank);
+  }
+
+  // Where loops lose rank the program divides by zero: there a = N (Nᵀ M N)⁻¹ Nᵀ f at rest, with the
+  // velocities N that are free, by the tree's M and load f.
+  accelerateWhereSingular(y, force, axes) {
+    const { program, nv } = this.machine;
+    const tree = new Float64Array(nv * (nv + 1));
+    program.tree(this.t, y, this.p, tree, force);
+    const rows = Array.from({ length: nv }, (_, k) => [...tree.subarray(k * nv, (k + 1) * nv)]);
+    const load = tree.subarray(nv * nv);
+    const across = rows.map((_, i) =>
+      rows.map((__, k) => Number(i === k) - axes.reduce((sum, a) => sum + a[i] * a[k], 0)),
+    );
+    const projection = eigen(across); // onto N: of eigenvalues 1 and 0
+    const N = projection.values.flatMap((x, k) => (x > 0.5 ? [column(projection.vectors, k)] : []));
+    const inertia = (b) => rows.map((row) => dot(row, b));
+    const { values, vectors } = eigen(N.map((a) => N.map((b) => dot(a, inertia(b)))));
+    const out = new Array(nv).fill(0);
+    values.forEach((value, k) => {
+      const along = out.map((_, i) => N.reduce((sum, a, j) => sum + a[i] * vectors[j][k], 0));
+      const share = dot(along, load) / value;
+      along.forEach((x, i) => (out[i] += share * x));
+    });
+    return out;
   }
 
   // A state at rest, moved along velocities x for a unit of time, with loops closed again.
@@ -190,6 +233,14 @@ export class SmallMotions {
     return y === found.y ? found : (this.settle(y, false) ?? found);
   }
 
+  // The position of rest that a start leads to, within the limits and with small motions; or null.
+  restFrom(start, from, downhill) {
+    const settled = this.settle(start, downhill);
+    const found = settled && this.bring(settled, from);
+    const allowed = found && !this.machine.beyond(this.p, [this.t, found.y]);
+    return allowed && this.isRegular(found) ? found : null;
+  }
+
   // Whether a mechanism that is free to move at one position of rest comes to another so.
   leads(found, other, gap) {
     // what rolls comes to places along no straight way
@@ -224,10 +275,8 @@ export class SmallMotions {
       if (n > 1) spread(n, spans.length).forEach((x, k) => (start[k] += spans[k] * (2 * x - 1)));
       this.machine.normalize(start);
       if (this.loops && !this.loops.close(this.t, start)) continue;
-      const settled = this.settle(start, n === 0);
-      if (!settled) continue;
-      const found = this.bring(settled, from);
-      if (this.machine.beyond(this.p, [this.t, found.y])) continue;
+      const found = this.restFrom(start, from, n === 0);
+      if (!found) continue;
       led += 1;
       turns.forEach((_, k) => (found.y[k] = fold(found.y[k], k)));
       if (rests.some((rest) => gap(rest, found) < SAME)) continue;
