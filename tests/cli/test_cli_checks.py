@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from pathlib import Path
+from zipfile import ZipFile
 
 import pytest
 from click.testing import CliRunner, Result
@@ -49,6 +51,20 @@ def test_lint_ends_with_the_right_code(file: str, code: int, said: str) -> None:
     result = call("lint", file)
     assert result.exit_code == code, result.output
     assert said in result.stdout
+
+
+def test_lint_takes_what_other_commands_take() -> None:
+    folder = Path("ws", "odd")
+    folder.mkdir(parents=True)
+    (folder / "package.xml").write_text("<package><name>arms</name></package>", encoding="utf-8")
+    shutil.copy("bad.urdf", folder / "bad.urdf")
+    with ZipFile("arms.zip", "w") as archive:
+        archive.write(folder / "bad.urdf", "arm/bad.urdf")
+    words = ("arms.zip", "arms.zip/arm/bad.urdf", str(folder), "package://arms/bad.urdf")
+    for word in words:
+        result = call("lint", word, "--package-path", "ws")
+        assert (result.exit_code, "error M203 link 'b'" in result.stdout) == (1, True), word
+        assert call("inertia", word, "--package-path", "ws").exit_code == 0, word
 
 
 def test_lint_prints_json_and_sarif() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -140,6 +141,23 @@ def test_an_error_of_xacro_has_the_line_of_what_it_evaluates(arm: Path) -> None:
     arm.write_text(text, encoding="utf-8")
     (finding,) = lint(arm)
     assert (finding.code, finding.line, Path(finding.file)) == ("M006", 4, arm)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        ('<xacro:nothing n="y"/>', "unknown macro name: xacro:nothing. Correct the call"),
+        ("<xacro:leg/>", "Undefined parameters [n]. Correct the call"),
+        ('<xacro:leg n="y" z="3"/>', 'Invalid parameter "z". Correct the call'),
+        ('<xacro:include filename="lost.xacro"/>', "No such file or directory"),
+    ],
+)
+def test_a_call_that_xacro_refuses_has_its_own_line(arm: Path, call: str, message: str) -> None:
+    text = f'{HEAD}\n<xacro:macro name="leg" params="n">\n<link name="${{n}}"/></xacro:macro>\n'
+    arm.write_text(f'{text}<xacro:leg n="x"/>\n{call}\n</robot>', encoding="utf-8")
+    with pytest.raises(mq.UrdfError, match=re.escape(message)) as refused:
+        read_urdf(arm)
+    assert (refused.value.line, Path(str(refused.value.file))) == (5, arm)
 
 
 def test_what_xacro_cannot_expand_is_told(arm: Path) -> None:

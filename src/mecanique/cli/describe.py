@@ -94,6 +94,7 @@ def lint(
 
     The exit code is 1 if there are errors, 2 if the file cannot be read.
     """
+    from mecanique.formats.locate import locate
     from mecanique.urdf import lint as linting
 
     if output is not None and not fix:
@@ -102,7 +103,8 @@ def lint(
         raise mq.InputError("expected a URDF file with --fix: repair a xacro file by hand")
     if balance and not fix:
         raise mq.InputError("expected --fix with --balance, which repairs a copy")
-    path = Path(file) if Path(file).exists() or not _is_word(file) else mq.robot(file)
+    path = locate(file, reading.package_path or None)
+    path = path or (mq.robot(file) if _is_word(file) else Path(file))
     findings = linting.lint(
         path,
         package_path=reading.package_path or None,
@@ -209,7 +211,7 @@ def inertia(
     The shapes count as homogeneous. Primitives are computed in closed form, meshes (STL, OBJ,
     COLLADA) by their triangles; a mesh with holes is replaced by its convex hull.
     """
-    path = find_file(file)
+    path = find_file(file, reading)
     if path.suffix == ".xacro":
         raise mq.InputError("expected a URDF file: expand the xacro file first")
     comparison = mq.compare_inertias(

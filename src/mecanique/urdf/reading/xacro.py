@@ -24,6 +24,8 @@ from mecanique.wording import say_count
 
 _MARK = "mecanique_place"
 _ARGUMENT = re.compile(r"\$\(arg\s+([^\s)]+)\s*\)")
+_UNKNOWN = re.compile(r"unknown macro name: (\S+)")
+_PARAMETERS = re.compile(r"(Undefined parameters|Invalid parameter) \W(\w+)")
 
 
 @final
@@ -37,6 +39,7 @@ class XacroLines:
     asked: dict[str, tuple[str, int]] = field(default_factory=dict)  # by name of the argument
     defaults: set[str] = field(default_factory=set)  # arguments that have one
     macros: list[str] = field(default_factory=list)
+    calls: list[Element] = field(default_factory=list)  # the elements of xacro's own
 
     def mark(self, text: bytes, file: str) -> bytes:
         """Return a text with a number in each element; as it is, if it cannot be read."""
@@ -66,12 +69,26 @@ class XacroLines:
                 for name in _ARGUMENT.findall(text):
                     self.asked.setdefault(name, place)
         name = given.get("name", "")
+        if element.tag.startswith("xacro:"):
+            self.calls.append(replace(element, file=file))
+        if element.tag == "xacro:include":
+            self.written.setdefault(given.get("filename", ""), place)
         if element.tag == "xacro:arg":
             self.asked.setdefault(name, place)
             if "default" in given:
                 self.defaults.add(name)
         elif element.tag == "xacro:macro":
             self.macros.append(name)
+
+    def find_call(self, said: str, macro: str) -> tuple[str, int] | None:
+        """Return the file and line of the call that xacro refuses, if it refuses one."""
+        unknown, parameter = _UNKNOWN.match(said), _PARAMETERS.match(said)
+        tag = unknown[1] if unknown else f"xacro:{macro}"
+        for call in self.calls if unknown or parameter else ():
+            given = parameter is None or parameter[2] in call.attributes
+            if call.tag == tag and given == (parameter is None or parameter[1][0] == "I"):
+                return call.file, call.line
+        return None
 
     def take(self, document: Any) -> None:
         """Take the numbers out of an expanded document."""
@@ -273,10 +290,15 @@ def expand(
         said = " ".join(str(error).split()).rstrip(".") or type(error).__name__
         remedy = "Mend it, or give its arguments (--arg NAME=VALUE)."
         name, line = places.written.get(last[0], (str(file), 1))
+        callers = [m.body.getAttribute("name") for m in getattr(error, "macros", ())]
+        call = places.find_call(said, callers[0] if callers else "")
         missing = [n for n in places.asked if n not in {*values.arguments, *places.defaults}]
         if lost:
             said = lost[-1]
             remedy = "Add its folder to --package-path, ROS_PACKAGE_PATH or AMENT_PREFIX_PATH."
+        elif call is not None:
+            name, line = call
+            remedy = "Correct the call, or the macro's definition."
         elif missing:
             name, line = places.asked[missing[0]]
             said = f"{say_count(len(missing), 'argument')} without a value: {', '.join(missing)}"
