@@ -39,6 +39,12 @@ def test_a_folder_of_the_menagerie_has_one_robot_beside_its_scenes(tmp_path: Pat
     assert locate(folder) == folder / "model.sdf"
 
 
+def test_a_robot_is_called_after_its_folder_with_or_without_underscores(tmp_path: Path) -> None:
+    robot = write(tmp_path / "acme_arm_v2" / "armv2.xml")
+    write(tmp_path / "acme_arm_v2" / "armv2_pump.xml")
+    assert locate(tmp_path / "acme_arm_v2") == robot
+
+
 def test_a_folder_with_several_robots_or_none_is_refused(tmp_path: Path) -> None:
     with pytest.raises(mq.InputError, match="expected a description in URDF, xacro, MJCF or SDF"):
         locate(tmp_path)
@@ -105,7 +111,9 @@ def test_a_name_of_robot_descriptions_is_found_where_that_is_installed(
     )
     library.__path__ = []
     robot.URDF_PATH = str(write(tmp_path / "arm.xml"))  # type: ignore[attr-defined]
-    assert locate("arm_description") is None
+    monkeypatch.setattr(room, "find_spec", lambda name: None)
+    with pytest.raises(mq.InputError, match="not installed: pip install robot_descriptions"):
+        locate("arm_description")
     monkeypatch.setitem(sys.modules, "robot_descriptions", library)
     monkeypatch.setitem(sys.modules, "robot_descriptions.arm_description", robot)
     monkeypatch.setattr(room, "find_spec", lambda name: name)

@@ -77,7 +77,10 @@ def _choose(folder: Path) -> Path:
     if len(near) > 1:
         name = folder.resolve().name
         called = [p for p in near if p.stem == "model" or name in (p.stem, f"{p.stem}_description")]
-        near = called or [path for path in near if name.endswith(f"_{path.stem}")] or near
+        ending = [path for path in near if name.endswith(f"_{path.stem}")]
+        bare = name.replace("_", "")  # fr3v2.xml in franka_fr3_v2
+        ending = ending or [path for path in near if bare.endswith(path.stem.replace("_", ""))]
+        near = called or ending or near
     if len(near) > 1:
         names = ", ".join(str(path.relative_to(folder)) for path in near[:10])
         raise InputError(f"{folder}: expected one of its descriptions, {names}")
@@ -119,7 +122,10 @@ def _of_library(name: str) -> Path | None:
     if not name.endswith("_description") or not name.isidentifier():
         return None
     if find_spec("robot_descriptions") is None:
-        return None
+        raise InputError(
+            f"there is no file {name!r}, and robot_descriptions, whose names end so, is not "
+            "installed: pip install robot_descriptions"
+        )
     try:
         module = importlib.import_module(f"robot_descriptions.{name}")
     except ModuleNotFoundError:
