@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import sympy
 
+import mecanique as mq
 from mecanique.model import (
     Body,
     Floating,
@@ -69,6 +70,26 @@ def test_a_rate_that_depends_on_time_enters_with_its_sign(t: float) -> None:
     np.testing.assert_allclose(reference.constraint_bias(q, v, t), [bent], rtol=1e-13, atol=0)
     x, y, _ = reference.acceleration(q, v, t)
     assert y * cos(theta) - x * sin(theta) == pytest.approx(-bent, rel=1e-13)
+
+
+@pytest.mark.parametrize("name", ["rolling_coin", "chaplygin_sleigh", "ball_in_a_bowl"])
+def test_slopes_of_contacts_are_those_of_the_whole_closure(name: str) -> None:
+    """A search for closed positions asks for J alone, without rates of the engine's Jacobians."""
+    reference = Reference(mq.textbook.load(name))
+    mechanism, closed = reference.mechanism, reference.closed
+    assert closed is not None
+    q = mechanism.normalize(mechanism.neutral() + 0.1)
+    reference.constraint_bias(q, np.ones(mechanism.nv))  # what moved before does not matter
+    J, rounding = closed.closures.slopes(q, 0.0)
+    whole = closed.closures.scale(q, np.zeros(mechanism.nv), 0.0)
+    np.testing.assert_allclose(J, whole.jacobian, rtol=1e-14, atol=1e-14)
+    np.testing.assert_allclose(rounding, whole.rounding, rtol=1e-14, atol=0)
+    np.testing.assert_allclose(
+        closed.closures.rows[:, None] * reference.constraint_jacobian(q) * closed.closures.columns,
+        J,
+        rtol=1e-14,
+        atol=1e-14,
+    )
 
 
 def margin(contact: Rolling, q: list[float]) -> float:
