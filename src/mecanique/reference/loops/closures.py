@@ -246,6 +246,9 @@ class Closures:
         """Whether each row is the rate of a Φ, and so restricts positions, shape (m,)."""
         self._angular = np.zeros(len(self._owner), dtype=int)
         self._angular[: len(self._loops.names)] = self._loops.angular
+        # sums rows to the force and the moment of each loop and contact
+        places = 2 * self._owner + self._angular
+        self._sums = np.equal.outer(np.arange(2 * len(self.ends)), places).astype(float)
         meets = np.concatenate(
             [self._loops.meets, self.contacts.meets, np.ones((many, engine.model.nv))]
         )
@@ -376,8 +379,7 @@ class Closures:
         # or that of the body that rolls at its hub
         met = self._meet()
         pushes = multipliers[: len(self._owner), None] * met.directions
-        six = np.zeros((len(self.ends), 2, 3))
-        np.add.at(six, (self._owner, self._angular), pushes)
+        six = (self._sums @ pushes).reshape(-1, 2, 3)
         return six[:, 0], six[:, 1] + cross(met.places - met.seats, six[:, 0]), met.seats
 
     def contact_places(self) -> Array:
