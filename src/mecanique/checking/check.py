@@ -162,7 +162,9 @@ class Checker:
         judged = self._compare(reading, quantity, self.truth, text)
         held = self._hold_numbers(judged, reading, quantity, ask, text)
         truth, judged, forms = held or (self.truth, judged, ())
-        explained = self._explain(judged, quantity, reading, text)
+        definitions = reading.letters.defined.items()
+        defined = {name: node for name, node in definitions if "'" not in name}
+        explained = self.search.explain(judged, quantity, text, defined)
         motion = quantity.kind == "motion"
         lines = [
             _line(formula, causes, motion=motion)
@@ -258,7 +260,8 @@ class Checker:
 
     def _confirm(self, judged: Judged, quantity: AskedQuantity, truth: Truth, text: str) -> Judged:
         """Return a formula proven, or with the fault or rounding that the states do not show."""
-        residual, motion = judged.residual, quantity.kind == "motion"
+        residual = judged.residual
+        motion = quantity.kind == "motion"
         usual = truth is self.truth
         if motion and usual and residual is not None and not residual.holds:
             if self.search.has_unit_fault(residual, text):
@@ -291,7 +294,8 @@ class Checker:
             written = written.union(*(side.letters for side in statement.sides))
         if not self.truth.sample.varied or all(formula.agrees for formula in judged):
             return None
-        motion, wrong = quantity.kind == "motion", [f.residual for f in judged if not f.holds]
+        motion = quantity.kind == "motion"
+        wrong = [formula.residual for formula in judged if not formula.holds]
         if not motion and any(formula.fault for formula in judged):
             return None
         # a number may stand for a quantity with a unit, unless it has a unit itself
@@ -316,54 +320,6 @@ class Checker:
             yield self._parameters - stated, ()
         if not self._parameters <= written:
             yield self._parameters & written, (_VALUES_ONLY,)
-
-    def _explain(
-        self, judged: Sequence[Judged], quantity: AskedQuantity, reading: ReadText, text: str
-    ) -> list[tuple[Mistake, ...]]:
-        """Return the likely causes of each line that is wrong, or is right except for form."""
-        motion = quantity.kind == "motion"
-        explained: list[tuple[Mistake, ...]] = [()] * len(judged)
-        if motion:
-            definitions = reading.letters.defined.items()
-            defined = {name: node for name, node in definitions if "'" not in name}
-            equations = [formula.residual for formula in judged if formula.residual is not None]
-            explained = list(self.search.causes(equations, text, defined))
-            moving = {*self.mechanism.coordinates, *self.truth.velocities}
-            if not any(residual.root.letters & moving for residual in equations):
-                # a motion without any force is no linearized one
-                explained = [_leave_out("linearized", causes) for causes in explained]
-        matrix = self._explain_matrix(judged, quantity)
-        for k, formula in enumerate(judged):
-            place = k + 1 if len(judged) > 1 else 0
-            if formula.fault:
-                explained[k] = (Mistake("emptiness", formula.fault, equation=place),)
-            elif motion and formula.rounding:
-                explained[k] = (Mistake("rounding", formula.rounding),)
-            elif motion or formula.holds:
-                continue
-            elif formula.residual is not None:
-                explained[k] = self.search.mend(
-                    formula.residual, place, text, quantity.dimensions, formula.series, quantity
-                )
-            elif quantity.kind == "conserved" and formula.root is not None:
-                explained[k] = self.search.explain_constant(formula.root, place, text)
-            explained[k] = tuple(dict.fromkeys((*matrix, *explained[k])))
-        return explained
-
-    def _explain_matrix(
-        self, judged: Sequence[Judged], quantity: AskedQuantity
-    ) -> tuple[Mistake, ...]:
-        """Return mistakes that lead to a whole mass matrix."""
-        true = quantity.values
-        differences = [
-            formula.residual.values.whole for formula in judged if formula.residual is not None
-        ]
-        if quantity.kind != "matrix" or true is None or all(formula.holds for formula in judged):
-            return ()
-        if len(differences) != true[0].size:
-            return ()
-        given = true + np.stack(differences, axis=-1).reshape(true.shape)
-        return self.search.explain_matrix(given)
 
     def _is_proven(self, judged: Judged, quantity: AskedQuantity) -> bool:
         """Return whether a formula that holds can also be proven by algebra."""
@@ -419,7 +375,8 @@ class Checker:
 
     def _refuse_other_unit(self, name: str, formula: Node, definition: str) -> None:
         """Refuse a letter of the system that is defined anew as a quantity of another kind."""
-        its, units = self.search.units.of.get(name), self.search.units
+        its = self.search.units.of.get(name)
+        units = self.search.units
         try:
             new = units.find(formula, "")
         except UnitMisfitError:
@@ -460,10 +417,6 @@ def _conclude(check: Check, missing: Sequence[str], forms: Sequence[str]) -> Che
     elif of_lines:
         check = _with_form(check, *of_lines)
     return _with_form(check, *forms) if forms else check
-
-
-def _leave_out(kind: str, causes: Iterable[Mistake]) -> tuple[Mistake, ...]:
-    return tuple(cause for cause in causes if cause.kind != kind)
 
 
 def _line(formula: Judged, causes: tuple[Mistake, ...], *, motion: bool) -> Line:

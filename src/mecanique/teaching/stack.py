@@ -7,13 +7,12 @@ answer is judged by putting the true accelerations in; where it is wrong, those 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, final
 from xml.sax.saxutils import escape
 
 from mecanique.derivation import derive
 from mecanique.errors import InputError, MecaniqueError
-from mecanique.model.bodies import Body
 from mecanique.model.mechanism import Mechanism
 from mecanique.teaching.exercise import Exercise
 
@@ -23,35 +22,22 @@ _MOST_EQUATIONS = 3
 _RESERVED = {"e", "i", "j", "pi", "t", "lambda"}
 
 
-@final
-@dataclass(frozen=True)
-class _Slip:
-    """A wrong mechanism that students derive the equations of."""
-
-    text: str
-    mechanism: Mechanism
-
-
-def _list_slips(mechanism: Mechanism) -> Iterator[_Slip]:
-    gravity = mechanism.gravity
-    if any(bool(component != 0) for component in gravity):
-        x, y, z = (-component for component in gravity)
+def _list_slips(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
+    """Yield wrong mechanisms that students derive the equations of, each with its words."""
+    if any(bool(component != 0) for component in mechanism.gravity):
+        x, y, z = (-component for component in mechanism.gravity)
         turned = replace(mechanism, gravity=(x, y, z))
-        yield _Slip("the sign of the force of gravity is wrong", turned)
-        yield _Slip("gravity is missing", replace(mechanism, gravity=(0.0, 0.0, 0.0)))
+        yield "the sign of the force of gravity is wrong", turned
+        yield "gravity is missing", replace(mechanism, gravity=(0.0, 0.0, 0.0))
     for body in mechanism.bodies[1:]:
         if any(bool(entry != 0) for entry in body.inertia):
             point = body.replace(inertia=(0.0,) * 6)
+            bodies = tuple(point if other is body else other for other in mechanism.bodies)
             text = f"the inertia of '{body.name}' about its own center is missing"
-            yield _Slip(text, _exchange(mechanism, body, point))
+            yield text, replace(mechanism, bodies=bodies)
     for force in mechanism.forces:
         others = tuple(kept for kept in mechanism.forces if kept is not force)
-        yield _Slip(f"the force of '{force.name}' is missing", replace(mechanism, forces=others))
-
-
-def _exchange(mechanism: Mechanism, body: Body, wrong: Body) -> Mechanism:
-    bodies = tuple(wrong if present is body else present for present in mechanism.bodies)
-    return replace(mechanism, bodies=bodies)
+        yield f"the force of '{force.name}' is missing", replace(mechanism, forces=others)
 
 
 @final
@@ -131,10 +117,10 @@ def write_stack(made: Sequence[Exercise], problem: str, figure: str) -> str:
     if true is None:
         raise InputError(f"the accelerations of {mechanism.name!r} have no closed form")
     slips: list[tuple[str, list[str]]] = []
-    for slip in _list_slips(mechanism):
-        solved = maxima.solve(slip.mechanism)
-        if solved is not None and solved != true and solved not in [wrong for _, wrong in slips]:
-            slips.append((slip.text, solved))
+    for text, wrong in _list_slips(mechanism):
+        solved = maxima.solve(wrong)
+        if solved is not None and solved != true and solved not in [known for _, known in slips]:
+            slips.append((text, solved))
     inputs = [f"ans{k + 1}" for k in range(mechanism.nv)]
     rates = maxima.accelerations
     hint = f"Write {rates[0][1:]} for the first and {rates[0]} for the second derivative."
@@ -149,7 +135,7 @@ def write_stack(made: Sequence[Exercise], problem: str, figure: str) -> str:
     ]
     question = [
         _text("questiontext", f"{problem}<p>{escape(hint)}</p>{fields}", figure),
-        _text("generalfeedback", _solution(made[0])),
+        _text("generalfeedback", f"<pre>{escape(exercise.answer)}</pre>"),
         "<defaultgrade>1</defaultgrade><penalty>0.1</penalty><hidden>0</hidden>",
         "<idnumber></idnumber>",
         "<stackversion><text></text></stackversion>",
@@ -172,7 +158,7 @@ def write_stack(made: Sequence[Exercise], problem: str, figure: str) -> str:
         *(f"<deployedseed>{seed + 1}</deployedseed>" for seed in range(len(made))),
         _test(inputs, rates, "ta", "1", "prt1-1-T", 1),
         *(
-            _test(inputs, rates, f"slip{k}", "0", f"prt1-{_first_slip(inputs) + k}-T", k + 1)
+            _test(inputs, rates, f"slip{k}", "0", f"prt1-{len(inputs) + k}-T", k + 1)
             for k in range(1, len(slips) + 1)
         ),
     ]
@@ -186,10 +172,6 @@ def write_stack(made: Sequence[Exercise], problem: str, figure: str) -> str:
 
 def _quote(text: str) -> str:
     return '"{}"'.format(text.replace("\\", "").replace('"', ""))
-
-
-def _solution(exercise: Exercise) -> str:
-    return f"<pre>{escape(exercise.answer)}</pre>"
 
 
 def _text(tag: str, text: str, figure: str = "", *, html: bool = True) -> str:
@@ -223,11 +205,6 @@ reduced: maplist(lambda([row], maplist(harmonics, row)), rows);
 proved: if good = [] or not linear then 0 else rank(apply(matrix, reduced));"""
 
 
-def _first_slip(inputs: Sequence[str]) -> int:
-    """Return the number of the node before the first slip's."""
-    return len(inputs)
-
-
 def _tree(inputs: Sequence[str], slips: Sequence[tuple[str, Sequence[str]]]) -> str:
     """Return the tree: how many independent equations are right, then the slips by name."""
     count, nodes = len(inputs), []
@@ -239,7 +216,7 @@ def _tree(inputs: Sequence[str], slips: Sequence[tuple[str, Sequence[str]]]) -> 
             _node(
                 place,
                 ("proved", str(wanted)),
-                (wanted / count, -1 if place == 0 else _slip_or_end(count, slips), said),
+                (wanted / count, count if place and slips else -1, said),
                 (0.0, place + 1 if last else -1, ""),
             )
         )
@@ -258,10 +235,6 @@ def _tree(inputs: Sequence[str], slips: Sequence[tuple[str, Sequence[str]]]) -> 
         f"<feedbackvariables><text>{escape(variables)}</text></feedbackvariables>"
         f"{''.join(nodes)}</prt>"
     )
-
-
-def _slip_or_end(count: int, slips: Sequence[Any]) -> int:
-    return count if slips else -1
 
 
 def _node(

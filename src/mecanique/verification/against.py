@@ -93,7 +93,8 @@ class ReducedEquations:
 
     def substitute(self, states: States) -> Array:
         """Return the bias of Lagrange's operator on T(q, S w) − V, shape (n, N)."""
-        tree, w = self._tree(states), states.v[:, self._at]
+        tree = self._tree(states)
+        w = states.v[:, self._at]
         forces: Array = np.einsum("nij,ni->nj", tree.S, tree.g)
         for k in range(len(states)):
             along = tree.S[k]

@@ -73,78 +73,66 @@ def compare_kinematics(
     The in-house Jacobian is the derivative of the poses themselves, on jets.
     """
     states = random_states(mechanism, samples, seed)
-    engine, length = Reference.of(mechanism), characteristic_length(mechanism)
+    engine = Reference.of(mechanism)
+    length = characteristic_length(mechanism)
     _, poses = LagrangeOnJets(mechanism).motion(states, np.zeros_like(states.v))
     place = place_of(links(mechanism), mechanism)
-    bodies = [body.name for body in mechanism.bodies if body.name != mechanism.ground]
-    ours = {name: poses[place[name]] for name in bodies}
-    theirs = np.asarray(engine.poses(states.q, states.t))
     index = {body.name: k for k, body in enumerate(mechanism.bodies)}
+    del index[mechanism.ground]
+    ours = [poses[place[name]] for name in index]
+    theirs = np.asarray(engine.poses(states.q, states.t))[:, list(index.values())]
+    given = [np.asarray(engine.jacobian(name, states.q, states.t)) for name in index]
+    # lengths in poses, and the rows of velocities, have the characteristic length as their unit
+    in_rows = np.repeat([length, 1.0], 3)[:, None]
+    in_poses = np.ones((4, 4))
+    in_poses[:3, 3] = length
     pairs = {
-        "poses": [
-            (_by_length(ours[name].value, length), _by_length(theirs[:, index[name]], length))
-            for name in bodies
-        ],
-        "Jacobians": [
-            (_scale(_jacobian(ours[name]), length), _scale(given, length))
-            for name in bodies
-            for given in [np.asarray(engine.jacobian(name, states.q, states.t))]
-        ],
+        "poses": (np.stack([pose.value for pose in ours], axis=1) / in_poses, theirs / in_poses),
+        "Jacobians": (
+            np.stack(list(map(_jacobian, ours)), axis=1) / in_rows,
+            np.stack(given, axis=1) / in_rows,
+        ),
     }
     if mechanism.loops and not mechanism.contacts:
         held = Held(mechanism)
-        here, units = held.at(states), held.row_units.units
+        here = held.at(states)
+        units = held.row_units.units
         residual = np.asarray(engine.constraint_residual(states.q, states.t))
-        J = np.asarray(engine.constraint_jacobian(states.q, states.t))
-        pairs["gaps of loops"] = [(here.residual / units, residual / units)]
-        pairs["Jacobians of loops"] = [(here.jacobian / units[:, None], J / units[:, None])]
-    rows = [
-        _row(quantity, both, states, tolerance, bodies) for quantity, both in pairs.items() if both
-    ]
+        J = np.asarray(engine.constraint_jacobian(states.q, states.t)) / units[:, None]
+        pairs["gaps of loops"] = (here.residual / units)[:, None], (residual / units)[:, None]
+        pairs["Jacobians of loops"] = (here.jacobian / units[:, None])[:, None], J[:, None]
+    rows = []
+    for quantity, (a, b) in pairs.items():
+        names = () if "loops" in quantity else tuple(index)
+        rows.append(_row(quantity, a, b, states, tolerance, names))
     return conclude(mechanism, rows, len(states), seed, tolerance, notes=(_NOTE,))
 
 
 def _row(
     quantity: str,
-    pairs: list[tuple[Array, Array]],
+    ours: Array,
+    theirs: Array,
     states: States,
     tolerance: float,
-    bodies: list[str],
+    names: tuple[str, ...],
 ) -> Row:
-    """Compare arrays whose first index is the state; relative to 1 or the largest entry there."""
-    n = len(states)
-    off = np.array(
-        [
-            np.abs(a - b).reshape(n, -1).max(axis=1, initial=0.0)
-            / np.maximum(1.0, np.abs(b).reshape(n, -1).max(axis=1, initial=0.0))
-            for a, b in pairs
-        ]
+    """Compare arrays (n, parts, …); relative to 1 or the largest entry of a part."""
+    n, parts = theirs.shape[:2]
+    off, size = (
+        np.abs(x).reshape(n, parts, -1).max(axis=2, initial=0.0) for x in (ours - theirs, theirs)
     )
-    body, state = np.unravel_index(int(np.argmax(off)), off.shape)
-    entry = (bodies[int(body)],) if len(pairs) == len(bodies) and "loops" not in quantity else ()
+    off = off / np.maximum(1.0, size)
+    state, part = np.unravel_index(int(np.argmax(off)), off.shape)
     return Row(
         quantity,
         ("jets", engine_name()),
-        float(off[body, state]),
+        float(off[state, part]),
         tuple(states.q[state].tolist()),
         tuple(states.v[state].tolist()),
         float(states.t[state]),
-        entry=entry,
+        entry=names[part : part + 1],
         tolerance=tolerance,
     )
-
-
-def _by_length(poses: Array, length: float) -> Array:
-    scaled: Array = poses.copy()
-    scaled[..., :3, 3] /= length
-    return scaled
-
-
-def _scale(jacobian: Array, length: float) -> Array:
-    """Give the rows of velocities the characteristic length as their unit."""
-    scaled: Array = jacobian.copy()
-    scaled[:, :3] /= length
-    return scaled
 
 
 def _jacobian(pose: Jet) -> Array:
@@ -181,7 +169,8 @@ class ClosedForm:
     def acceleration(self, q: Given, v: Given, t: Any = 0.0) -> Array:
         """Return the solution a of M a + h = Q + Σ λ ∂Φ/∂q and Φ'' = 0, shape (n, nv)."""
         # NaN where there is none
-        mass, rest = self.mass_matrix(q, t), self.forces(q, v, t) - self.bias(q, v, t)
+        mass = self.mass_matrix(q, t)
+        rest = self.forces(q, v, t) - self.bias(q, v, t)
         if self._derivation.ties:
             return self._hold(mass, rest, q, v, t)
         try:
@@ -197,7 +186,8 @@ class ClosedForm:
         J = self._evaluate([entry for row, _ in second for entry in row], q, v, t)
         gamma = self._evaluate([gamma for _, gamma in second], q, v, t)
         J = J.reshape(*gamma.shape, mass.shape[-1])
-        angular, length = angles(self._mechanism), characteristic_length(self._mechanism)
+        angular = angles(self._mechanism)
+        length = characteristic_length(self._mechanism)
         units = np.array(
             [1.0 if name in angular else length for name in self._mechanism.velocities]
         )
@@ -414,7 +404,8 @@ class Answers:
         self, mechanism: Mechanism, states: States, tolerance: float | None = None
     ) -> tuple[Row, ...]:
         """Compare every form with the engine, quantity by quantity."""
-        usual, entries = rounding(mechanism, states, self.engine), entry_rounding(mechanism, states)
+        usual = rounding(mechanism, states, self.engine)
+        entries = entry_rounding(mechanism, states)
         rows: list[Row] = []
         for name, ours in self.forms.items():
             most = usual

@@ -374,7 +374,8 @@ class _Bench:
 
     def _evaluate(self, scalars: Sequence[Any]) -> Array:
         """Return scalars at all states, shape (n, scalars)."""
-        values, out = self.states.values, np.empty((len(self.states), len(scalars)))
+        values = self.states.values
+        out = np.empty((len(self.states), len(scalars)))
         with np.errstate(all="ignore"):
             for k, scalar in enumerate(scalars):
                 out[:, k] = evaluate(scalar, values)

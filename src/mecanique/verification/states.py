@@ -144,10 +144,7 @@ def closed_states(mechanism: Mechanism, q: Array, v: Array, t: Array) -> ClosedS
     closed = Reference.of(mechanism).closed
     if closed is None:
         return ClosedStates(q, v, np.arange(len(t)), 0)
-    kept_states: list[tuple[Array, Array]] = []
-    which: list[int] = []
-    least: list[float] = []
-    ranks: list[int] = []
+    kept: list[tuple[int, Array, Array, float, int]] = []
     for k in range(len(t)):
         try:
             with np.errstate(all="ignore"):
@@ -160,22 +157,15 @@ def closed_states(mechanism: Mechanism, q: Array, v: Array, t: Array) -> ClosedS
             continue
         sizes = np.linalg.svd(J, compute_uv=False)
         acting = sizes[sizes > _RANK * sizes.max(initial=0.0)]
-        least.append(float(acting.min(initial=1.0)))
-        ranks.append(len(acting))
-        kept_states.append((position, velocity))
-        which.append(k)
-    if not kept_states:
+        kept.append((k, position, velocity, float(acting.min(initial=1.0)), len(acting)))
+    if not kept:
         return ClosedStates(q[:0], v[:0], np.arange(0), 0)
+    at, positions, velocities, least, ranks = map(np.array, zip(*kept, strict=True))
     # fewer equations act at singular positions, and where parts fall together and move otherwise
-    whole = np.array(ranks) == max(ranks)
-    usual = np.median(np.array(least)[whole])
-    keep = np.flatnonzero(whole & (np.array(least) > max(_REGULAR * usual, _TREMBLING)))
-    return ClosedStates(
-        np.array([kept_states[k][0] for k in keep]).reshape(len(keep), q.shape[1]),
-        np.array([kept_states[k][1] for k in keep]).reshape(len(keep), v.shape[1]),
-        np.array(which, dtype=np.intp)[keep],
-        max(ranks),
-    )
+    whole = ranks == ranks.max()
+    regular = whole & (least > max(_REGULAR * np.median(least[whole]), _TREMBLING))
+    rank = int(ranks.max())
+    return ClosedStates(positions[regular], velocities[regular], at[regular], rank)
 
 
 def refuse_locked(mechanism: Mechanism) -> None:

@@ -94,7 +94,8 @@ def compare_coordinates(
         raise InputError(
             f"the map of {first.name!r} has no finite value at some states of {second.name!r}"
         )
-    transformed, expected = _transform(first, motion, states), _equations(second, states)
+    transformed = _transform(first, motion, states)
+    expected = _equations(second, states)
     mass = moving_mass(second)
     worst = {}
     for quantity, values in transformed.items():
@@ -149,7 +150,8 @@ def _differentiate(
 
 def _evaluate(phi: Expressions, states: States) -> _Motion:
     """Differentiate the map along the motion, on jets."""
-    paths, shape = coordinate_paths(states), (3, 1 + states.mechanism.nv, len(states))
+    paths = coordinate_paths(states)
+    shape = (3, 1 + states.mechanism.nv, len(states))
     with np.errstate(all="ignore"):
         values = [evaluate(expression, paths, function=function) for expression in phi]
     jets = [x if isinstance(x, Jet) else constant_jet(x, shape) for x in values]

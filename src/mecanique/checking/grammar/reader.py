@@ -293,7 +293,14 @@ _EXPECTED = {
     "RBRACE": "a brace { is not closed",
     "RSQB": "a bracket [ is not closed",
 }
-_SURPLUS = {"RPAR": "a bracket ) was not opened", "RBRACE": "a brace } was not opened"}
+_UNEXPECTED = {
+    "RPAR": "a bracket ) was not opened",
+    "RBRACE": "a brace } was not opened",
+    "NEXT": "the line ends too early; expected a letter or number",
+    "COMMA": "a comma has no meaning within these brackets",
+    "SEMICOLON": "a comma has no meaning within these brackets",
+    "EQUALS": ("an equals sign within brackets or after an operator; write one equation a line"),
+}
 
 
 @final
@@ -504,25 +511,9 @@ def _explain(error: UnexpectedInput, tokens: list[Token], text: str) -> FormulaE
         place = len(text.rstrip()) if opened is None else opened.start
         return FormulaError(what, text, place)
     token = error.token
-    place = token.start_pos or 0
-    kind = token.type.lstrip("_")
-    if kind in _SURPLUS:
-        return FormulaError(_SURPLUS[kind], text, place)
-    if kind == "NEXT":
-        return FormulaError("the line ends too early; expected a letter or number", text, place)
-    if kind in ("COMMA", "SEMICOLON"):
-        return FormulaError("a comma has no meaning within these brackets", text, place)
-    if kind == "EQUALS":
-        return FormulaError(
-            "an equals sign within brackets or after an operator; write one equation a line",
-            text,
-            place,
-        )
-    return FormulaError(
-        f"{str(token)!r} is not expected here; expected a letter, a number or a bracket",
-        text,
-        place,
-    )
+    other = f"{str(token)!r} is not expected here; expected a letter, a number or a bracket"
+    what = _UNEXPECTED.get(token.type.lstrip("_"), other)
+    return FormulaError(what, text, token.start_pos or 0)
 
 
 def _kinds(error: UnexpectedInput) -> set[str]:

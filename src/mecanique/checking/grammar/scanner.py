@@ -576,7 +576,8 @@ class Scanner:
             return self._put_derivative(match["word"], len(match["dots"]), match)
         match = _WORD.match(text, at)
         assert match is not None
-        word, end = re.sub(r"[{}\\\s]", "", match[0]), match.end()
+        word = re.sub(r"[{}\\\s]", "", match[0])
+        end = match.end()
         if word in ("and", "or"):
             return self._put("NEWLINE", word, at, end)
         return self._put_word(word, at, end)
@@ -748,7 +749,8 @@ class Scanner:
             if not prose:
                 continue
             first, last = prose[0].start(), prose[-1].end()
-            before, after = self._plain[:first].rstrip(" "), self._plain[last:].lstrip(" :,.")
+            before = self._plain[:first].rstrip(" ")
+            after = self._plain[last:].lstrip(" :,.")
             joined = before[-1:] not in ("", "\n", *",;.:)}$") and before[-1:] in _BINARY
             joined |= after[:1] in (*_BINARY, "(", "[", "_", "^", "'") and after[:1] not in (
                 "-",

@@ -152,7 +152,8 @@ def _quarter_period(m: Array) -> Array:
 
 def _integrate(node: Node, low: Array, high: Array, letters: Mapping[str, Array]) -> Array:
     """Return the integral of a formula over a letter by Gauss and Legendre's rule."""
-    tape, name = FormulaTape(node.parts[0]), node.parts[1].name
+    tape = FormulaTape(node.parts[0])
+    name = node.parts[1].name
     middle, half = (low + high) / 2, (high - low) / 2
     count = max(np.size(value) for value in (middle, *letters.values()))
     total = np.zeros(count)
@@ -222,13 +223,7 @@ def _partials(node: Node, below: list[Array]) -> list[Any]:
         case "negative":
             return [-1.0]
         case "product":
-            partials = []
-            for k in range(len(below)):
-                rest: Any = 1.0
-                for j, factor in enumerate(below):
-                    rest = rest * factor if j != k else rest
-                partials.append(rest)
-            return partials
+            return _leave_each_out(below)
         case "quotient":
             return [1 / below[1], -below[0] / below[1] ** 2]
         case "power":
@@ -241,6 +236,11 @@ def _partials(node: Node, below: list[Array]) -> list[Any]:
         square = below[0] ** 2 + below[1] ** 2
         return [below[1] / square, -below[0] / square]
     return [0.0] * len(below)
+
+
+def _leave_each_out(factors: list[Array]) -> list[Any]:
+    """Return for each factor the product of the others."""
+    return [reduce(mul, [*factors[:k], *factors[k + 1 :]], 1.0) for k in range(len(factors))]
 
 
 _ARGUMENT = "x"
@@ -278,13 +278,7 @@ def _undo(
         case "negative":
             return [-target]
         case "product":
-            rest: list[Array | None] = []
-            for k in range(len(below)):
-                others = np.ones_like(value)
-                for j, factor in enumerate(below):
-                    others = others * factor if j != k else others
-                rest.append(target / others)
-            return rest
+            return [target / others for others in _leave_each_out(below)]
         case "quotient":
             return [target * below[1], below[0] / target]
         case "power":

@@ -193,51 +193,39 @@ def rate(node: Node, rates: Mapping[str, Node | None]) -> Node:
 
 
 def _rate(node: Node, rates: Mapping[str, Node | None]) -> Node:
+    if node.kind == "letter":
+        letter_rate = rates.get(node.name, number(0))
+        if letter_rate is None:
+            raise FormulaError(f"the time derivative of {node.name} is not known here")
+        return letter_rate
+    slopes = [_rate(part, rates) for part in node.parts]
     match node.kind:
-        case "number":
-            return number(0)
-        case "letter":
-            letter_rate = rates.get(node.name, number(0))
-            if letter_rate is None:
-                raise FormulaError(f"the time derivative of {node.name} is not known here")
-            return letter_rate
         case "sum":
-            return add(*(_rate(part, rates) for part in node.parts))
+            return add(*slopes)
         case "negative":
-            return negate(_rate(node.parts[0], rates))
+            return negate(slopes[0])
         case "product":
             terms = []
-            for k, part in enumerate(node.parts):
-                terms.append(multiply(*node.parts[:k], _rate(part, rates), *node.parts[k + 1 :]))
+            for k, slope in enumerate(slopes):
+                terms.append(multiply(*node.parts[:k], slope, *node.parts[k + 1 :]))
             return add(*terms)
         case "quotient":
             above, below = node.parts
-            slope = _rate(below, rates)
-            first = _rate(above, rates)
-            terms = [] if first.is_zero else [divide(first, below)]
-            if not slope.is_zero:
-                terms.append(negate(divide(multiply(above, slope), _square(below))))
-            return add(*terms) if terms else number(0)
-        case "power":
-            return _rate_of_power(node.parts[0], node.parts[1], rates)
-    if node.kind == "call":
-        inner = _rate(node.parts[0], rates)
-        if inner.is_zero and all(_rate(part, rates).is_zero for part in node.parts[1:]):
-            return number(0)
-        if node.name in SLOPES:
-            return multiply(SLOPES[node.name](node.parts[0]), inner)
+            terms = [] if slopes[0].is_zero else [divide(slopes[0], below)]
+            if not slopes[1].is_zero:
+                terms.append(negate(divide(multiply(above, slopes[1]), _square(below))))
+            return add(*terms)
+        case "power" if not slopes[1].is_zero:
+            what = "the time derivative of a power with a changing exponent is not known"
+            raise FormulaError(what)
+    if all(slope.is_zero for slope in slopes) and node.kind != "table":
+        return number(0)
+    if node.kind == "power":
+        base, exponent = node.parts
+        less = add(exponent, negate(number(1)))
+        if exponent.kind == "number":
+            less = number(exponent.value - 1)
+        return multiply(exponent, raise_to(base, less), slopes[0])
+    if node.name in SLOPES:
+        return multiply(SLOPES[node.name](node.parts[0]), slopes[0])
     raise FormulaError(f"the time derivative of {node.name or 'a table'} is not known here")
-
-
-def _rate_of_power(base: Node, exponent: Node, rates: Mapping[str, Node | None]) -> Node:
-    inner = _rate(base, rates)
-    if not _rate(exponent, rates).is_zero:
-        raise FormulaError("the time derivative of a power with a changing exponent is not known")
-    if inner.is_zero:
-        return inner
-    less = (
-        number(exponent.value - 1)
-        if exponent.kind == "number"
-        else add(exponent, negate(number(1)))
-    )
-    return multiply(exponent, raise_to(base, less), inner)

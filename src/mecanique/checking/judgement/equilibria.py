@@ -76,7 +76,8 @@ class Equilibria:
         self._ring = derivation.algebra.ring
         self._forces = truth.rest_forces
         self._usual = np.maximum(np.abs(sample.bias - sample.forces).mean(0), 1e-300)
-        turning, length = angles(truth.mechanism), characteristic_length(truth.mechanism)
+        turning = angles(truth.mechanism)
+        length = characteristic_length(truth.mechanism)
         self.coordinates = tuple(truth.mechanism.coordinates)
         self.turning = {name for name in self.coordinates if name in turning}
         self.size = {name: 1.0 if name in turning else length for name in self.coordinates}
@@ -98,7 +99,8 @@ class Equilibria:
 
     def _balance(self, values: dict[str, Array]) -> Array:
         """Return the unbalanced forces, each relative to its usual size, shape (n, nv)."""
-        evaluated, count = Evaluation(self._ring, values), len(values[_STATE])
+        evaluated = Evaluation(self._ring, values)
+        count = len(values[_STATE])
         forces = stack(self._forces, evaluated, count)
         balance: Array = np.nan_to_num(forces / self._usual, nan=np.inf)
         return balance
@@ -169,8 +171,7 @@ class Equilibria:
         size: Array,
     ) -> tuple[Array, Array]:
         """Return forces and stiffness, scaled, shape (n, nv) and (n, nv, felt)."""
-        values = {name: value[states] for name, value in self.at_zero.items()}
-        values |= dict(zip(self.felt, q.T, strict=True))
+        values = self._locate(states, q)
         evaluated = Evaluation(self._ring, values)
         stiffness = np.empty((len(states), len(slopes), len(self.felt)))
         for i, row in enumerate(slopes):
@@ -178,11 +179,14 @@ class Equilibria:
                 stiffness[:, i, j] = evaluated(slope) * size[j] / self._usual[i]
         return self._balance(values), stiffness
 
+    def _locate(self, states: Rows, q: Array) -> dict[str, Array]:
+        """Return the letters of some states at positions, shape (n, felt)."""
+        values = {name: value[states] for name, value in self.at_zero.items()}
+        return values | dict(zip(self.felt, q.T, strict=True))
+
     def _is_regular(self, states: Rows, q: Array) -> npt.NDArray[np.bool_]:
         """Whether each coordinate moves mass: at r = 0, say, an angle about it means nothing."""
-        values = {name: value[states] for name, value in self.at_zero.items()}
-        values |= dict(zip(self.felt, q.T, strict=True))
-        evaluated = Evaluation(self._ring, values)
+        evaluated = Evaluation(self._ring, self._locate(states, q))
         inertia = np.einsum("nii->ni", stack_mass(self._truth.closed_form, evaluated, len(q)))
         usual = np.einsum("nii->ni", self._truth.sample.M).mean(axis=0)
         return np.asarray((inertia > _MASSLESS * usual).all(axis=1))
@@ -291,7 +295,8 @@ def _move(
     known: Equilibria, statements: Sequence[Statement], text: str, counted: Mapping[str, float]
 ) -> Position:
     """Return the position that some lines give; coordinates that nothing feels are zero."""
-    values, given = dict(known.at_zero), set[str]()
+    values = dict(known.at_zero)
+    given = set[str]()
     values |= {name: np.full(len(values[_STATE]), number) for name, number in counted.items()}
     fault = ""
     for statement in statements:

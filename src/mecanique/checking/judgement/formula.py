@@ -87,17 +87,21 @@ def _judge_value(
 
     Of several values, such as frequencies, each must be among the answers.
     """
-    cases, letters = _list_cases(quantity), quantity.letters
-    several, by_letter = len(cases) > 1, quantity.kind == "letters"
+    cases = _list_cases(quantity)
+    letters = quantity.letters
+    several = len(cases) > 1
+    by_letter = quantity.kind == "letters"
     fixed = {**quantity.more, **cases[0]} if by_letter else {}
-    all_judged, covered = list[Judged](), set[int]()
+    all_judged: list[Judged] = []
+    covered: set[int] = set()
     for statement in statements:
         if by_letter:
             _refuse_formula(statement, f"one of {', '.join(letters)}", text)
         # a number alone says by its unit what it is
         measured = [name for unit, name in _MEASURES if unit.search(statement.text)]
         name = ([name for name in measured if name in letters] or [*letters, ""])[0]
-        residuals_of, tried = list[Residual](), list[Judged]()
+        residuals_of: list[Residual] = []
+        tried: list[Judged] = []
         for values in cases:
             residual = _residual(statement, truth, truth.sample, values, name, text, fixed)
             judged = _judge_residual(residual, quantity.series)
@@ -109,7 +113,8 @@ def _judge_value(
             tried.append(judged)
         covers = {k for k, judged in enumerate(tried) if judged.agrees}
         k = min(range(len(tried)), key=lambda k: tried[k].worst)
-        residual, judged = residuals_of[k], tried[k]
+        residual = residuals_of[k]
+        judged = tried[k]
         if covers:
             asked = {name: cases[k][name] for name in letters}
             alone = not (several or by_letter or quantity.again)

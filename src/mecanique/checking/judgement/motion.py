@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial, reduce
-from itertools import combinations, pairwise
+from itertools import pairwise, permutations
 from typing import Any, TypeAlias, final
 
 import numpy as np
@@ -397,6 +397,16 @@ def _count_open(matrix: Array, accelerations: int) -> int:
     return int((np.linalg.svd(free, compute_uv=False) > _RANK).sum()) if len(free) else 0
 
 
+def combine_angles(names: Sequence[str], values: Mapping[str, Array]) -> dict[str, Array]:
+    """Return angles, their differences and sums, by their formulas."""
+    combined = {name: values[name] for name in names}
+    for first, second in permutations(names, 2):
+        combined[f"{first} - {second}"] = values[first] - values[second]
+        if first < second:
+            combined[f"{first} + {second}"] = values[first] + values[second]
+    return combined
+
+
 _PATHS = 5
 _STEPS = 61
 _FACTOR_HALVINGS = 40
@@ -431,7 +441,8 @@ class CommonFactors:
         if residual.root.letters & set(truth.sample.lengths):
             return ""
         weigh = partial(self._weigh, residual.tape)
-        grid, count = np.linspace(0.0, 1.0, _STEPS), len(self._starts)
+        grid = np.linspace(0.0, 1.0, _STEPS)
+        count = len(self._starts)
         paths, along, left = find_sign_changes(weigh, count, grid, _FACTOR_HALVINGS)
         vanishes = left <= _ZERO
         if not vanishes.any():
@@ -482,7 +493,8 @@ class CommonFactors:
         by = np.empty((n, nv))
         done = 0
         for values in tape.blocks(letters, n):
-            slopes, some = tape.slopes(values), slice(done, done + len(values.whole))
+            slopes = tape.slopes(values)
+            some = slice(done, done + len(values.whole))
             for column, name in enumerate(self._truth.accelerations):
                 by[some, column] = tape.along(slopes, name)
             done = some.stop
@@ -506,10 +518,7 @@ class CommonFactors:
         turning = angles(self._truth.mechanism)
         for name in names:
             yield name, letters[name]
-        arguments = {name: letters[name] for name in names if name in turning}
-        for first, second in combinations(list(arguments), 2):
-            arguments[f"{first} - {second}"] = letters[first] - letters[second]
-            arguments[f"{first} + {second}"] = letters[first] + letters[second]
-        for formula, value in arguments.items():
+        angular = [name for name in names if name in turning]
+        for formula, value in combine_angles(angular, letters).items():
             yield f"sin({formula})", np.sin(value)
             yield f"cos({formula})", np.cos(value)

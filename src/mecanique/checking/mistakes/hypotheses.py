@@ -410,7 +410,8 @@ def linearize(right: RightEquations) -> Iterator[WrongDerivation]:
     at_rest = Evaluation(ring, still)
     forces, n = right.truth.rest_forces, right.sample.count
     with np.errstate(all="ignore"):
-        M, rest = stack_mass(derivation, at_rest, n), stack(forces, at_rest, n)
+        M = stack_mass(derivation, at_rest, n)
+        rest = stack(forces, at_rest, n)
         for i, force in enumerate(forces):
             for name in names:
                 if any(g.name == name for g in force.generators()):
@@ -482,7 +483,9 @@ def _body(
     gone = right.split(_with_body(mechanism, body.replace(mass=0.0, inertia=(0.0,) * 6)))
     if bare is None or gone is None:
         return
-    terms, name, particle = right.terms, repr(body.name), bare[0].plus(bare[1])
+    terms = right.terms
+    name = repr(body.name)
+    particle = bare[0].plus(bare[1])
     # the inertia forces of its mass at its center
     moving, weight = (
         with_mass.plus(without, -1) for with_mass, without in zip(bare, gone, strict=True)

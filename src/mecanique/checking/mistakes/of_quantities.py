@@ -101,7 +101,8 @@ class QuantityMistakes:
 
     def _claim_readings(self, quantity: AskedQuantity) -> Iterator[tuple[Mistake, Claims]]:
         """Yield relative for absolute coordinates, and angles from a line at right angles."""
-        series, sample = next(iter(quantity.series.values()), None), self._truth.sample
+        series = next(iter(quantity.series.values()), None)
+        sample = self._truth.sample
         if series is None:
             return
         others = [] if quantity.again is None else [quantity.again[1]]
@@ -154,7 +155,8 @@ class QuantityMistakes:
         resting = [] if quantity.again is None else list(self._at_rest(quantity))
         right = self._hypotheses.right.terms
         for hypothesis in self._hypotheses.listed:
-            dM, dV = hypothesis.terms.M - sample.M, hypothesis.terms.V - right.V
+            dM = hypothesis.terms.M - sample.M
+            dV = hypothesis.terms.V - right.V
             if hypothesis.row >= 0 or not (np.abs(dM).any() or np.abs(dV).any()):
                 continue
             more = kinetic * np.einsum("ni,nij,nj->n", v, dM, v) / 2 + potential * dV[0]
@@ -179,7 +181,8 @@ class QuantityMistakes:
     def _claim_frequencies(self, quantity: AskedQuantity) -> Iterator[tuple[Mistake, Claims]]:
         """Yield other measures of a frequency, and those that mistakes lead to."""
         assert quantity.values is not None
-        letters, known = quantity.letters, self._truth.sample.values
+        letters = quantity.letters
+        known = self._truth.sample.values
         for omega in quantity.values:
             for weight, text, values in _other_measures(omega, letters):
                 yield Mistake("measure", text, "", weight), [{**known, **values}]

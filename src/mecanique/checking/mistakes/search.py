@@ -22,7 +22,8 @@ from mecanique.checking.grammar.reader import Statement
 from mecanique.checking.grammar.tape import FormulaTape, needed_values
 from mecanique.checking.grammar.tree import Node, rate
 from mecanique.checking.grammar.tree import number as zero_node
-from mecanique.checking.judgement.motion import Residual, residuals
+from mecanique.checking.judgement.formula import Judged
+from mecanique.checking.judgement.motion import Residual, combine_angles, residuals
 from mecanique.checking.judgement.quantities import AskedQuantity
 from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes.hypotheses import SLIPS, Hypotheses, WrongDerivation, list_parts
@@ -64,12 +65,7 @@ class Context:
     @cached_property
     def arguments(self) -> dict[str, Array]:
         """The possible arguments of sine and cosine, by their formula."""
-        values = self.values
-        arguments = {name: values[name] for name in self.angles}
-        for first, second in permutations(self.angles, 2):
-            arguments[f"{first} - {second}"] = values[first] - values[second]
-            if first < second:
-                arguments[f"{first} + {second}"] = values[first] + values[second]
+        arguments = combine_angles(self.angles, self.values)
         for name in tuple(arguments):
             arguments[f"2 {name}" if " " not in name else f"2 ({name})"] = 2 * arguments[name]
         return arguments
@@ -239,7 +235,9 @@ def repair_number(part: FormulaPart) -> Iterator[Mistake]:
 
 def _vary_letter(part: FormulaPart) -> Iterator[_Candidate]:
     """Yield what a letter may stand for: another one, its sine, a power."""
-    name, context, have = part.node.name, part.context, part.have
+    name = part.node.name
+    context = part.context
+    have = part.have
     said = f"{part.here} {part.where}should be"
     for spelled, value in context.alternatives(name):
         # a sum in place of a letter is a missing term
@@ -307,7 +305,8 @@ def _vary_power(part: FormulaPart) -> Iterator[_Candidate]:
 
 def _vary_sum(part: FormulaPart) -> Iterator[_Candidate]:
     """Yield what a sum may stand for: its sine, one with a letter more."""
-    context, letters = part.context, part.node.letters
+    context = part.context
+    letters = part.node.letters
     if letters and letters <= set(context.angles):
         text = f"'{part.quoted}' should be its sine: the angle is assumed to be small"
         yield np.sin(part.have), "small angle", text, 1.0
@@ -499,26 +498,23 @@ def find_lacking(residual: Residual, series: Mapping[str, Series]) -> Iterator[M
     evaluated = Evaluation(truth.ring, residual.sample.values)
     parts = [*list_parts(truth, residual.truth.velocities), truth]
     values = [np.broadcast_to(evaluated(part), lacks.shape) for part in parts]
+
+    def is_lacking(more: Array) -> bool:
+        spend()
+        scale = np.abs(more) + np.abs(lacks)
+        return bool((np.abs(lacks - more) <= ALIKE * scale)[usable].all())
+
     few = list(zip(parts, values, strict=True))[: _MOST_PAIRED + 1]
     for (part, alone), (second, more) in combinations(few, 2) if len(few) <= _MOST_PAIRED else ():
-        spend()
-        both = alone + more
-        scale = np.abs(both) + np.abs(lacks)
-        if part + second != truth and (np.abs(lacks - both) <= ALIKE * scale)[usable].all():
+        if part + second != truth and is_lacking(alone + more):
             said = f"{expression(part).text()} and {expression(second).text()}"
             yield Mistake("missing", f"the terms {said} are missing", "", 1.9)
     for part, part_values in zip(parts, values, strict=True):
-        spend()
         for factor, kind, words in SLIPS:
-            lacking = (1.0 - factor) * part_values
-            scale = np.abs(lacking) + np.abs(lacks)
-            if (np.abs(lacks - lacking) <= ALIKE * scale)[usable].all():
+            if is_lacking((1.0 - factor) * part_values):
                 text = words.format(f"the term {expression(part).text()}")
                 yield Mistake(kind, text, "", 1.1 if kind == "missing" else 1.6)
 
-
-NOTHING: Mapping[str, Node] = MappingProxyType({})
-"""No definitions of further letters."""
 
 _HOLDS = 1e-7
 """An equation holds for wrong accelerations if it is off by less than this part of its terms."""
@@ -563,75 +559,119 @@ class Search:
     def _units_with(self, asked: Mapping[str, Dimension]) -> LetterUnits:
         return LetterUnits(self._truth.mechanism, asked, with_numbers=self._with_numbers)
 
-    def causes(
-        self, residuals: Sequence[Residual], text: str, defined: Mapping[str, Node] = NOTHING
-    ) -> tuple[tuple[Mistake, ...], ...]:
-        """Return the likely causes for each wrong equation; none for a right one."""
-        several = len(residuals) > 1
+    def explain(
+        self,
+        judged: Sequence[Judged],
+        quantity: AskedQuantity,
+        text: str,
+        defined: Mapping[str, Node],
+    ) -> list[tuple[Mistake, ...]]:
+        """Return the likely causes of each line that is wrong, or is right except for rounding."""
+        motion = quantity.kind == "motion"
+        explained = (
+            self._explain_motion([f.residual for f in judged if f.residual], text, defined)
+            if motion
+            else self._explain_formulas(judged, quantity, text)
+        )
+        for k, formula in enumerate(judged):
+            if formula.fault:
+                place = k + 1 if len(judged) > 1 else 0
+                explained[k] = (Mistake("emptiness", formula.fault, equation=place),)
+            elif motion and formula.rounding:
+                explained[k] = (Mistake("rounding", formula.rounding),)
+        return explained
+
+    def _explain_motion(
+        self, residuals: Sequence[Residual], text: str, defined: Mapping[str, Node]
+    ) -> list[tuple[Mistake, ...]]:
+        """Return the likely causes for each wrong equation of motion; none for a right one."""
         holds = self._hold(residuals)
-        common = self._explain_all(residuals, holds)
         right = np.array([residual.holds for residual in residuals])
         # a hypothesis that contradicts a right equation explains only part of the answer
         denied = _DENIED * ~np.asarray(holds[:, right].all(axis=1))
-        causes: list[tuple[Mistake, ...]] = []
+        common: list[Mistake] = []
+        if np.count_nonzero(~right) > 1:
+            every = np.asarray(holds.all(axis=1))
+            common = self._list_likeliest(every, np.full(len(holds), _SEVERAL), 0)
+        moving = {*self._truth.mechanism.coordinates, *self._truth.velocities}
+        moves = any(residual.root.letters & moving for residual in residuals)
+        explained: list[tuple[Mistake, ...]] = []
         for k, residual in enumerate(residuals):
-            if residual.holds:
-                causes.append(())
-                continue
-            if not residual.root.letters:
-                text = "no letter of the system occurs in it"
-                causes.append((Mistake("emptiness", text, equation=k + 1 if several else 0),))
-                continue
-            number = k + 1 if several else 0
-            mistakes = [*common, *self._list_likeliest(holds[:, k], denied, number)]
-            mistakes += self._mend(residual, number, text)
-            causes.append(_rank(_misfits(self.units, residual, number, text, defined), mistakes))
-        return tuple(causes)
+            number = k + 1 if len(residuals) > 1 else 0
+            causes: tuple[Mistake, ...] = ()
+            if not residual.root.letters and not residual.holds:
+                said = "no letter of the system occurs in it"
+                causes = (Mistake("emptiness", said, equation=number),)
+            elif not residual.holds:
+                mistakes = [*common, *self._list_likeliest(holds[:, k], denied, number)]
+                if residual.sample is self._truth.sample:
+                    repaired = _list_in_time(repairs(residual, self.context, text))
+                    mistakes += _in_equation(repaired, number)
+                causes = _rank(_misfits(self.units, residual, number, text, defined), mistakes)
+            # a motion without any force is no linearized one
+            explained.append(tuple(c for c in causes if moves or c.kind != "linearized"))
+        return explained
 
-    def mend(
-        self,
-        residual: Residual,
-        number: int,
-        text: str,
-        asked: Mapping[str, Dimension],
-        series: Mapping[str, Series],
-        quantity: AskedQuantity | None = None,
+    def _explain_formulas(
+        self, judged: Sequence[Judged], quantity: AskedQuantity, text: str
+    ) -> list[tuple[Mistake, ...]]:
+        """Return the likely causes for each wrong formula of a quantity; none for a right one."""
+        matrix = self._explain_matrix(judged, quantity)
+        explained: list[tuple[Mistake, ...]] = []
+        for k, formula in enumerate(judged):
+            number = k + 1 if len(judged) > 1 else 0
+            causes: tuple[Mistake, ...] = ()
+            if formula.agrees or formula.fault:
+                explained.append(())
+                continue
+            if formula.residual is not None:
+                causes = self._mend(formula.residual, formula.series, quantity, text)
+            elif quantity.kind == "conserved" and formula.root is not None:
+                causes = self._explain_constant(formula.root, text)
+            explained.append(tuple(dict.fromkeys((*matrix, *_in_equation(causes, number)))))
+        return explained
+
+    def _mend(
+        self, residual: Residual, series: Mapping[str, Series], quantity: AskedQuantity, text: str
     ) -> tuple[Mistake, ...]:
-        """Return the single changes that would make a formula of any quantity right."""
-        units = self._units_with(asked)
-        changes = repairs(residual, self.context, text)
-        mistakes = [
-            mistake for mistake in _list_in_time(changes) if mistake.part or mistake is _ENDED
-        ]
+        """Return the single changes that would make a formula right."""
+        changes = _list_in_time(repairs(residual, self.context, text))
+        mistakes = [mistake for mistake in changes if mistake.part or mistake is _ENDED]
         mistakes += _list_in_time(find_lacking(residual, series))
-        if quantity is not None:
-            mistakes += _list_in_time(self._of_quantities.explain(residual, quantity))
-        if quantity is not None and not mistakes:
+        mistakes += _list_in_time(self._of_quantities.explain(residual, quantity))
+        if not mistakes:
             mistakes += _list_in_time(self._of_quantities.mutate(residual, quantity, text))
-        return _rank(_misfits(units, residual, number, text), _in_equation(mistakes, number))
+        return _rank(_misfits(self._units_with(quantity.dimensions), residual, 0, text), mistakes)
 
     @cached_property
     def _of_quantities(self) -> QuantityMistakes:
         return QuantityMistakes(self._truth, self._hypotheses)
 
-    def explain_matrix(self, given: Array) -> tuple[Mistake, ...]:
-        """Return the likely causes of a wrong mass matrix, shape (n, nv, nv)."""
+    def _explain_matrix(
+        self, judged: Sequence[Judged], quantity: AskedQuantity
+    ) -> tuple[Mistake, ...]:
+        """Return mistakes that lead to a whole mass matrix."""
+        true = quantity.values
+        differences = [formula.residual.values.whole for formula in judged if formula.residual]
+        if quantity.kind != "matrix" or true is None or len(differences) != true[0].size:
+            return ()
+        if all(formula.holds for formula in judged):
+            return ()
+        given = true + np.stack(differences, axis=-1).reshape(true.shape)
         return _rank([], _list_in_time(self._of_quantities.explain_matrix(given)))
 
-    def explain_constant(self, root: Node, number: int, text: str) -> tuple[Mistake, ...]:
+    def _explain_constant(self, root: Node, text: str) -> tuple[Mistake, ...]:
         """Return the likely causes why a formula is not conserved."""
         mistakes = _list_in_time(self._of_quantities.explain_constant(root, text))
-        listed = _in_equation(mistakes, number)
         truth = self._truth
         try:
             slope = rate(root, self._letters.rate_nodes)
             line = Statement((slope, zero_node(0)), text, root.start)
-            equations = residuals([line], truth, truth.sample, text)
-            holds = self._hold(equations)
-            listed += self._list_likeliest(holds[:, 0], np.full(len(holds), 0.4), number)
+            holds = self._hold(residuals([line], truth, truth.sample, text))
+            mistakes += self._list_likeliest(holds[:, 0], np.full(len(holds), 0.4), 0)
         except FormulaError:
             pass
-        return _rank([], listed)
+        return _rank([], mistakes)
 
     def has_unit_fault(
         self, residual: Residual, text: str, asked: Mapping[str, Dimension] = MappingProxyType({})
@@ -644,21 +684,6 @@ class Search:
         """Return the slips with the motions that they lead to, the likeliest first."""
         pairs = zip(self._hypotheses.listed, self._hypotheses.motions, strict=True)
         return sorted(pairs, key=lambda pair: pair[0].weight)
-
-    def _mend(self, residual: Residual, number: int, text: str) -> list[Mistake]:
-        """Return the single changes that would make an equation right."""
-        if residual.sample is not self._truth.sample:
-            return []
-        changes = repairs(residual, self.context, text)
-        return _in_equation(_list_in_time(changes), number)
-
-    def _explain_all(
-        self, residuals: Sequence[Residual], holds: npt.NDArray[np.bool_]
-    ) -> list[Mistake]:
-        """Return hypotheses that explain all equations at once, if several are wrong."""
-        if sum(not residual.holds for residual in residuals) < 2:
-            return []
-        return self._list_likeliest(np.asarray(holds.all(axis=1)), np.full(len(holds), _SEVERAL), 0)
 
     def _hold(self, residuals: Sequence[Residual]) -> npt.NDArray[np.bool_]:
         """Return whether each equation holds for the accelerations of each hypothesis."""
@@ -694,7 +719,7 @@ def _misfits(
     residual: Residual,
     number: int,
     text: str,
-    defined: Mapping[str, Node] = NOTHING,
+    defined: Mapping[str, Node] = MappingProxyType({}),
 ) -> list[Mistake]:
     try:
         units.find(residual.root, text)

@@ -127,11 +127,13 @@ def _reverse(name: str) -> str:
 def _readings(evidence: Evidence, names: list[str]) -> Iterator[_Reading]:
     singles = {j.coordinate: j for j in evidence.mechanism.joints if isinstance(j, Single)}
     joints = {name: singles[name] for name in names if name in singles}
-    mapped, reversed_axis = _names_in_map(evidence), _Scale(-1, -1, -1)
+    mapped = _names_in_map(evidence)
+    reversed_axis = _Scale(-1, -1, -1)
     for name, joint in joints.items():
         # an axis in the coordinate map is another mistake
         if name not in mapped:
-            where, text = f"joint {joint.name!r}", _reverse(joint.name)
+            where = f"joint {joint.name!r}"
+            text = _reverse(joint.name)
             yield _Reading("axis sign", where, text, {name: reversed_axis})
     if len(joints) > 1:
         text = "axis of every joint: reversed"
@@ -146,7 +148,8 @@ def _readings(evidence: Evidence, names: list[str]) -> Iterator[_Reading]:
             text += ", its rates as well"
             yield _Reading(kind, where, text, dict.fromkeys(group, _Scale(q, q)))
     for text, order in _orders(names):
-        yield _Reading("joint order", "", text, taken=dict(zip(names, order, strict=True)))
+        pairs = zip(names, order, strict=True)
+        yield _Reading("joint order", "", text, taken={a: b for a, b in pairs if a != b})
 
 
 def _orders(names: list[str]) -> Iterator[tuple[str, list[str]]]:
@@ -176,12 +179,15 @@ def _answers(
     rows: npt.NDArray[np.intp],
 ) -> Array:
     """What each reading answers in some experiments, shape (readings, n, nv)."""
-    inputs, nv = evidence.inputs.at(rows), evidence.mechanism.nv
+    inputs = evidence.inputs.at(rows)
+    nv = evidence.mechanism.nv
     moved, factors = list[Inputs](), list[Array]()
     order = np.tile(np.arange(nv), (len(readings), 1))
     for reading, forces in zip(readings, order, strict=True):
-        q, v, a, factor = inputs.q.copy(), inputs.v.copy(), inputs.a.copy(), np.ones(nv)
-        for name, (at_q, at_v) in places.items():
+        q, v, a = (part.copy() for part in (inputs.q, inputs.v, inputs.a))
+        factor = np.ones(nv)
+        for name in {*reading.taken, *reading.scale}:
+            at_q, at_v = places[name]
             from_q, from_v = places[reading.taken.get(name, name)]
             scale = reading.scale.get(name, _Scale())
             q[:, at_q] = scale.q * inputs.q[:, from_q]
@@ -243,8 +249,11 @@ def _choose(
 def _families(evidence: Evidence, k: int) -> Iterator[tuple[str, Family]]:
     """Yield the ways to place a joint otherwise, each with a name that is alike for all joints."""
     link, X = evidence.recursion.tree[k], evidence.recursion.origins[k]
-    where, size, p = f"joint {link.joint!r}", _size(evidence), X[:3, 3]
-    far, still = float(np.linalg.norm(p)), np.zeros((3, 3))
+    where = f"joint {link.joint!r}"
+    size = _size(evidence)
+    p = X[:3, 3]
+    far = float(np.linalg.norm(p))
+    still = np.zeros((3, 3))
 
     def move(
         steps: Array,
@@ -454,7 +463,8 @@ def _axes(evidence: Evidence, k: int) -> Iterator[Frames]:
     link = evidence.recursion.tree[k]
     if link.kind not in ("turn", "slide"):
         return
-    right_axis, where = np.array(link.axis), f"joint {link.joint!r}"
+    right_axis = np.array(link.axis)
+    where = f"joint {link.joint!r}"
     others = [sign * axis for axis in np.eye(3) for sign in (1, -1)]
     others += [right_axis[list(order)] for order in permutations(range(3))]
     others += [right_axis * (1 - 2 * axis) for axis in np.eye(3)]

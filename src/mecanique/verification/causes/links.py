@@ -183,7 +183,8 @@ class _Link:
 
 
 def _families(link: _Link, effect: LinkEffect, *, root: bool) -> Iterator[Family]:
-    mass, where = "root mass" if root else "link mass", link.where
+    mass = "root mass" if root else "link mass"
+    where = link.where
     m, c, inertia, J = link.m, link.c, link.inertia, link.J
 
     def heavier(numbers: int) -> Callable[[Array], Amount]:
@@ -246,7 +247,8 @@ def _move_along(link: _Link, size: float, axis: Array, name: str) -> Family:
 
 def _inertias(link: _Link, turned: Array) -> Iterator[Family]:
     m, c, inertia, where = link.m, link.c, link.inertia, link.where
-    size, upper = float(np.trace(inertia)) / 3, np.triu_indices(3)
+    size = float(np.trace(inertia)) / 3
+    upper = np.triu_indices(3)
     yield link.family(
         "inertia",
         lambda x: (m, c, inertia * (1 + x[0])),
@@ -279,7 +281,8 @@ def _change_entry(link: _Link, size: float, at: tuple[int, int]) -> Family:
     i, k = at
     E = np.zeros((3, 3))
     E[i, k] = E[k, i] = size
-    name, entry = f"i{'xyz'[i]}{'xyz'[k]}", link.inertia[i, k]
+    name = f"i{'xyz'[i]}{'xyz'[k]}"
+    entry = link.inertia[i, k]
     return link.family(
         "inertia",
         lambda x: (link.m, link.c, link.inertia + x[0] * E),

@@ -10,6 +10,7 @@ it exerts F_x against x and F_y along y; A and D are supports.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 from typing import Any, TypeAlias, final
 
 from mecanique.derivation.linear import linear
@@ -61,6 +62,11 @@ class Bars:
             (self.E, 2 * m * self.E.diff(t)),
         )
         self.pushes: tuple[Acting, ...] = tuple((point, p.diff(t)) for point, p in self.momenta)
+        self.equation = m * self.a * 17 / 4 + 9 * k * q
+
+    def letters(self, names: str) -> Iterator[Any]:
+        """Yield letters by name."""
+        return (getattr(self, name) for name in names.split())
 
     def _rise(self, point: Any) -> Any:
         return point - point.subs(self.q, 0)
@@ -73,8 +79,9 @@ class Bars:
             total += arm[0] * force[1] - arm[1] * force[0]
         return total
 
-    def solve(self) -> dict[Any, Any]:
-        """Return all reactions and q'' from the balances of the three bars."""
+    @cached_property
+    def solved(self) -> dict[Any, Any]:
+        """All reactions and q'' from the balances of the three bars."""
         from sympy import Matrix, solve
 
         Ax, Ay, Cx, Cy, Dx, Dy, Fx, Fy = self.reactions
@@ -232,18 +239,19 @@ _BY_BALANCES = "the balances of all bars, solved"
 
 def list_bars() -> Iterator[ChapterRow]:
     """Yield the rows of the example."""
-    yield from _kinematics(Bars())
-    yield from _balance_bars(Bars())
-    yield from _find_reactions(Bars())
-    yield from _work(Bars())
-    yield from _energies_of_bars(Bars())
+    bars = Bars()
+    yield from _kinematics(bars)
+    yield from _balance_bars(bars)
+    yield from _find_reactions(bars)
+    yield from _work(bars)
+    yield from _energies_of_bars(bars)
     yield from _catalogue()
 
 
 def _kinematics(bars: Bars) -> Iterator[ChapterRow]:
     from sympy import Matrix
 
-    l, q, v, a, t = bars.l, bars.q, bars.v, bars.a, bars.t
+    l, q, v, a, t = bars.letters("l q v a t")
     yield identity(
         "Ex. 1.2 1",
         "r_B = 3 l x + (l - (3/4) q) y, r_E = 2 l x - (1/2) q y",
@@ -274,10 +282,9 @@ def _balance_bars(bars: Bars) -> Iterator[ChapterRow]:
     """The balances of all bars together."""
     from sympy import Matrix, solve
 
-    m, k, l, q, v, a, t = bars.m, bars.k, bars.l, bars.q, bars.v, bars.a, bars.t
+    m, k, l, q, v, a, t = bars.letters("m k l q v a t")
     Ax, Ay, _, _, Dx, Dy, _, _ = bars.reactions
-    solved = bars.solve()
-    equation = m * a * 17 / 4 + 9 * k * q
+    solved, equation = bars.solved, bars.equation
     upper, lower = bars.springs
 
     left = 3 * m * bars.r_C.diff(t, 2)
@@ -306,7 +313,8 @@ def _balance_bars(bars: Bars) -> Iterator[ChapterRow]:
         "cross products of positions and momenta",
         bars.moment(bars.D, bars.momenta) + m * l * v * 17 / 4,
     )
-    H_rate, held = bars.moment(bars.D, bars.pushes), [(bars.A, Matrix([Ax, Ay]))]
+    H_rate = bars.moment(bars.D, bars.pushes)
+    held = [(bars.A, Matrix([Ax, Ay]))]
     M_D = bars.moment(bars.D, [*held, *bars.springs])
     printed_M_D = -l * Ax + 9 * k * l * q
     yield identity(
@@ -341,10 +349,9 @@ def _find_reactions(bars: Bars) -> Iterator[ChapterRow]:
     """The balances of single bars, and what follows for their reactions."""
     from sympy import Matrix
 
-    m, k, l, q, a = bars.m, bars.k, bars.l, bars.q, bars.a
+    m, k, l, q, a = bars.letters("m k l q a")
     Ax, Ay, Cx, Cy, _, Dy, Fx, Fy = bars.reactions
-    solved = bars.solve()
-    equation = m * a * 17 / 4 + 9 * k * q
+    solved, equation = bars.solved, bars.equation
     upper, _ = bars.springs
     ends = [(bars.C, Matrix([-Cx, Cy])), (bars.F, Matrix([Fx, -Fy]))]
     total, spin = ends[0][1] + ends[1][1], bars.moment((bars.C + bars.F) / 2, ends)
@@ -389,10 +396,9 @@ def _find_reactions(bars: Bars) -> Iterator[ChapterRow]:
 def _work(bars: Bars) -> Iterator[ChapterRow]:
     from sympy import Matrix, solve
 
-    m, k, l, q, a, dq = bars.m, bars.k, bars.l, bars.q, bars.a, bars.dq
+    m, k, l, q, a, dq = bars.letters("m k l q a dq")
     Ax, Ay, Cx, Cy, Dx, Dy, Fx, Fy = bars.reactions
-    solved = bars.solve()
-    equation = m * a * 17 / 4 + 9 * k * q
+    solved, equation = bars.solved, bars.equation
     upper, lower = bars.springs
     inertia = [(point, -push) for point, push in bars.pushes]
     yield identity(
@@ -441,7 +447,7 @@ def _work(bars: Bars) -> Iterator[ChapterRow]:
 
 
 def _energies_of_bars(bars: Bars) -> Iterator[ChapterRow]:
-    m, k, q, v, a, t = bars.m, bars.k, bars.q, bars.v, bars.a, bars.t
+    m, k, q, v, a, t = bars.letters("m k q v a t")
     T, V = m * v**2 * 17 / 32, k * q**2 * 9 / 8
     lifts = [(point - point.subs(q, 0))[1] for point in (bars.Bs, bars.F)]
     v_B, v_E = bars.B.diff(t), bars.E.diff(t)
@@ -542,9 +548,9 @@ def _places(bars: Bars) -> Iterator[ChapterRow]:
 def _balances_of_bars(bars: Bars) -> Iterator[ChapterRow]:
     from sympy import Matrix
 
-    m, k, l, q, v, a = bars.m, bars.k, bars.l, bars.q, bars.v, bars.a
+    m, k, l, q, v, a, t = bars.letters("m k l q v a t")
     Ax, Ay, _, _, Dx, Dy, Fx, _ = bars.reactions
-    solved, t = bars.solve(), bars.t
+    solved = bars.solved
     A_y, D_y = -m * a * 3 / 16 - k * q / 4, -m * a / 2
     supports = [(bars.A, Matrix([Ax, Ay])), (bars.D, Matrix([Dx, Dy])), *bars.springs]
     about_D, about_A = (
@@ -567,8 +573,7 @@ def _balances_of_bars(bars: Bars) -> Iterator[ChapterRow]:
         "its balance less that about D is l times that of the forces along x",
         about_A - about_D - l * (pushes - forces)[0],
     )
-    equation = m * a * 17 / 4 + 9 * k * q
-    on_lower = Dx - Fx
+    equation, on_lower = bars.equation, Dx - Fx
     yield identity(
         "Ex. 1.2 words f",
         "the bar DEF leads to the same equation as ABC",

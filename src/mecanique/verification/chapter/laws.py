@@ -79,7 +79,8 @@ def _particle() -> Iterator[ChapterRow]:
 
 def _cloud() -> Iterator[ChapterRow]:
     random = np.random.default_rng(1)
-    masses, points = random.uniform(0.1, 1.0, 30), random.normal(size=(30, 3))
+    masses = random.uniform(0.1, 1.0, 30)
+    points = random.normal(size=(30, 3))
     mechanism = Mechanism(
         "cloud",
         (Body("ground"), Body("body", cloud(masses.tolist(), points.tolist()))),
@@ -93,7 +94,8 @@ def _cloud() -> Iterator[ChapterRow]:
     accelerations = engine.acceleration(q, velocities)
     center = mechanism.evaluate_all(mechanism.body("body").center)
     C = engine.point("body", center, q, velocities, accelerations)
-    m, momentum = float(masses.sum()), engine.momentum(q, velocities)
+    m = float(masses.sum())
+    momentum = engine.momentum(q, velocities)
     at = engine.point("body", _AT, q).position
     F = m * np.array(_G) + np.array(_PUSH)
     M_o = np.cross(C.position, m * np.array(_G)) + np.cross(at, _PUSH) + np.array(_COUPLE)
