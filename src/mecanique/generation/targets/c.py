@@ -12,16 +12,15 @@ import numpy as np
 
 from mecanique.errors import InputError
 from mecanique.generation.program import Answer, Program
-from mecanique.generation.targets.target import Cases, describe, list_answer, run_command
-from mecanique.program.listing import Notation
+from mecanique.generation.targets.target import (
+    Cases,
+    call_functions,
+    describe,
+    list_answer,
+    run_command,
+)
 
-_FUNCTIONS = {
-    **{name: f"{name}({{}})" for name in ("sin", "cos", "tan", "sqrt", "exp", "log")},
-    **{name: f"{name}({{}})" for name in ("asin", "acos", "atan", "atan2", "tanh", "pow")},
-    "Abs": "fabs({})",
-    "sign": "signum({})",
-}
-NOTATION = Notation(_FUNCTIONS, "const double {} = {};")
+NOTATION = call_functions("", "const double {} = {};", Abs="fabs", sign="signum")
 """The notation of C."""
 
 SIGN = "static double signum(double x) { return (x > 0) - (x < 0); }"

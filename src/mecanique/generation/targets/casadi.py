@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
-import platform
 import sys
 from collections.abc import Sequence
-from importlib.metadata import version
 from pathlib import Path
 from typing import final
 
 from mecanique.generation.program import Answer, Program
-from mecanique.generation.targets.python import quote, require, write_test
-from mecanique.generation.targets.target import Cases, describe, list_answer
-from mecanique.program.listing import Notation
+from mecanique.generation.targets.python import (
+    COMPARE,
+    open_module,
+    require,
+    say_versions,
+    write_test,
+)
+from mecanique.generation.targets.target import Cases, call_functions, list_answer
 
-_FUNCTIONS = {
-    **{name: f"ca.{name}({{}})" for name in ("sin", "cos", "tan", "sqrt", "exp", "log", "tanh")},
-    **{name: f"ca.{name}({{}})" for name in ("asin", "acos", "atan", "atan2", "sign")},
-    "pow": "ca.power({})",
-    "Abs": "ca.fabs({})",
-}
-_NOTATION = Notation(_FUNCTIONS, "{} = {}")
+_NOTATION = call_functions("ca.", "{} = {}", pow="power", Abs="fabs")
+
+_COMPARE = COMPARE.replace(
+    "return function(*given)",
+    "return [np.asarray(function(*row)).ravel() for row in zip(*given, strict=True)]",
+)
+"""Functions of CasADi take one state at a time."""
 
 
 @final
@@ -31,18 +34,14 @@ class CasADi:
 
     def files(self, program: Program, head: Sequence[str]) -> dict[str, str]:
         """Return the module."""
-        lines = [*head, "", "Each function is a casadi.Function of all its arguments.", ""]
-        for kind, title in (
-            ("q", "q: generalized coordinates"),
-            ("v", "v: generalized velocities"),
-            ("tau", "tau: torques and forces added to those of the mechanism"),
-            ("p", "p: parameters, in the mechanism PARAMETERS"),
-        ):
-            lines += [title, *(f"    {row}" for row in describe(program.letters[kind])), ""]
-        lines = [quote(line) for line in lines]
-        lines[0] = f'"""{lines[0]}'
+        titles = {
+            "tau": "torques and forces added to those of the mechanism",
+            "p": "parameters, in the mechanism PARAMETERS",
+        }
+        told = [*head, "", "Each function is a casadi.Function of all its arguments."]
+        lines = open_module(program, told, titles, ())
         values = [letter.value for letter in program.parameters]
-        lines += ['"""', "", "import casadi as ca", "", f"PARAMETERS = {values!r}"]
+        lines += ["import casadi as ca", "", f"PARAMETERS = {values!r}"]
         for answer in program.answers:
             lines += ["", "", *_write_function(program, answer)]
         return {f"{program.name}.py": "\n".join([*lines, ""])}
@@ -58,7 +57,7 @@ class CasADi:
 
     def version(self) -> str:
         """Return the versions of Python and CasADi."""
-        return f"Python {platform.python_version()} and casadi {version('casadi')}"
+        return say_versions("casadi")
 
 
 def _write_function(program: Program, answer: Answer) -> list[str]:
@@ -83,32 +82,3 @@ def _write_function(program: Program, answer: Answer) -> list[str]:
     arguments = f'[{", ".join(takes)}], [out], [{names}], ["out"]'
     lines.append(f'    return ca.Function("{quantity.name}", {arguments})')
     return [*lines, "", "", f"{quantity.name} = _{quantity.name}()"]
-
-
-_COMPARE = """
-
-def main():
-    spec = importlib.util.spec_from_file_location("code", HERE)
-    code = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(code)
-    inputs = {kind: np.array(rows, dtype=float) for kind, rows in INPUTS.items()}
-    inputs["y"] = np.hstack([inputs["q"], inputs["v"]])
-    failed = 0
-    for name, takes in TAKES.items():
-        worst, where = 0.0, 0
-        for k in range(len(inputs["t"])):
-            out = np.asarray(getattr(code, name)(*(inputs[kind][k] for kind in takes)))
-            off = np.array(WEIGHTS[name][k]) * (out.ravel() - EXPECTED[name][k])
-            difference = float(np.linalg.norm(off))
-            if not difference <= worst:
-                worst, where = difference, k
-            if not difference <= ALLOWED[name][k]:
-                print(f"{name} differs by {difference:.3g} in state {k}", file=sys.stderr)
-                failed = 1
-        print(name, worst, where)
-    return failed
-
-
-if __name__ == "__main__":
-    sys.exit(main())
-"""

@@ -13,7 +13,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from html import escape
-from importlib.metadata import version
 from itertools import product as cartesian
 from pathlib import Path
 from typing import final
@@ -22,7 +21,7 @@ from mecanique.errors import DerivationError, InputError
 from mecanique.generation.dop853 import write_constants
 from mecanique.generation.program import Answer, Program
 from mecanique.generation.targets.c import compiler, limit_optimization
-from mecanique.generation.targets.python import require, write_test
+from mecanique.generation.targets.python import require, say_versions, write_test
 from mecanique.generation.targets.steps import (
     SteppedProgram,
     list_numbers,
@@ -274,7 +273,7 @@ class FMU:
 
     def version(self) -> str:
         """Return the versions of Python and FMPy."""
-        return f"Python {platform.python_version()} and fmpy {version('fmpy')}"
+        return say_versions("fmpy")
 
 
 def write_source(program: Program) -> str:

@@ -12,16 +12,15 @@ import numpy as np
 
 from mecanique.errors import InputError
 from mecanique.generation.program import Answer, Program
-from mecanique.generation.targets.target import Cases, describe, list_answer, run_command
-from mecanique.program.listing import Notation
+from mecanique.generation.targets.target import (
+    Cases,
+    call_functions,
+    describe,
+    list_answer,
+    run_command,
+)
 
-_FUNCTIONS = {
-    **{name: f"Math.{name}({{}})" for name in ("sin", "cos", "tan", "sqrt", "exp", "log")},
-    **{name: f"Math.{name}({{}})" for name in ("asin", "acos", "atan", "atan2", "tanh", "pow")},
-    "Abs": "Math.abs({})",
-    "sign": "Math.sign({})",
-}
-_NOTATION = Notation(_FUNCTIONS, "const {} = {};")
+_NOTATION = call_functions("Math.", "const {} = {};", Abs="abs")
 
 
 @final

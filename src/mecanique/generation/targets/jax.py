@@ -14,7 +14,7 @@ from typing import final
 
 from mecanique.generation.program import Answer, Program
 from mecanique.generation.targets.python import (
-    FUNCTIONS,
+    NOTATION,
     Python,
     list_arguments,
     open_function,
@@ -177,7 +177,7 @@ def write_scan(program: Program, answer: Answer) -> list[str]:
     for number, part in enumerate(table.parts):
         if isinstance(part, Calls):
             arguments = ", ".join(_pick(row) for row in part.arguments)
-            called = FUNCTIONS[part.function].format(arguments)
+            called = NOTATION.functions[part.function].format(arguments)
             lines.append(f"    values = _put(values, {part.first}, {called})")
         else:
             pairs = zip(part.left, part.right, strict=True)

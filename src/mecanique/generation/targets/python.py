@@ -5,31 +5,34 @@ from __future__ import annotations
 import platform
 import pprint
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from importlib import import_module
+from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 from typing import final
 
 from mecanique.errors import InputError
 from mecanique.generation.program import Answer, Program
-from mecanique.generation.targets.target import Cases, Read, describe, list_answer
-from mecanique.program.listing import Notation
+from mecanique.generation.targets.target import (
+    Cases,
+    Read,
+    call_functions,
+    describe,
+    list_answer,
+)
 
-FUNCTIONS = {
-    **{name: f"np.{name}({{}})" for name in ("sin", "cos", "tan", "sqrt", "exp", "log", "tanh")},
-    "asin": "np.arcsin({})",
-    "acos": "np.arccos({})",
-    "atan": "np.arctan({})",
-    "atan2": "np.arctan2({})",
-    "pow": "np.power({})",
-    "Abs": "np.abs({})",
-    "sign": "np.sign({})",
-}
-"""Functions of numpy, by their names in programs."""
-
-_NOTATION = Notation(FUNCTIONS, "{} = {}")
+NOTATION = call_functions(
+    "np.",
+    "{} = {}",
+    asin="arcsin",
+    acos="arccos",
+    atan="arctan",
+    atan2="arctan2",
+    pow="power",
+    Abs="abs",
+)
+"""The notation of numpy."""
 
 
 def require(package: str) -> None:
@@ -40,14 +43,27 @@ def require(package: str) -> None:
         )
 
 
-def quote(line: str) -> str:
-    """Quote a line for use within a docstring."""
-    return line.replace("\\", "\\\\").replace('"' * 3, "'" * 3)
+def open_module(
+    program: Program, head: Sequence[str], titles: Mapping[str, str], said: Sequence[str]
+) -> list[str]:
+    """Return the docstring of a module: its head, its inputs, and what else is said of it."""
+    lines = [*head, ""]
+    known = {"q": "generalized coordinates", "v": "generalized velocities", **titles}
+    for kind, title in known.items():
+        rows = describe(program.letters[kind])
+        lines += [f"{kind}: {title}", *(f"    {row}" for row in rows), ""]
+    lines = [line.replace("\\", "\\\\").replace('"' * 3, "'" * 3) for line in (*lines, *said)]
+    return [f'"""{lines[0]}', *lines[1:], '"""', ""]
+
+
+def say_versions(package: str) -> str:
+    """Return the versions of Python and of a package."""
+    return f"Python {platform.python_version()} and {package} {version(package)}"
 
 
 def write_function(program: Program, answer: Answer) -> list[str]:
     """Return the lines of a function that computes an answer."""
-    listing, reads = list_answer(program, answer, _NOTATION)
+    listing, reads = list_answer(program, answer, NOTATION)
     lines = [*open_function(answer, reads), *(f"    {line}" for line in listing.lines)]
     lines += ["    out = [", *(f"        {text}," for text in listing.outputs), "    ]"]
     return [*lines, f"    return _stack(out, {answer.shape}, {list_arguments(answer)})"]
@@ -93,20 +109,14 @@ class Python:
 
     def files(self, program: Program, head: Sequence[str]) -> dict[str, str]:
         """Return the module."""
-        lines = [*head, ""]
-        for kind, title in (
-            ("q", "q: generalized coordinates"),
-            ("v", "v: generalized velocities"),
-            ("tau", "tau: torques and forces added to those of the mechanism; none by default"),
-            ("p", "p: parameters, an array or values by name; PARAMETERS by default"),
-        ):
-            lines += [title, *(f"    {row}" for row in describe(program.letters[kind])), ""]
-        lines += ["Arrays have the shape (..., size); answers have the same leading shape."]
+        titles = {
+            "tau": "torques and forces added to those of the mechanism; none by default",
+            "p": "parameters, an array or values by name; PARAMETERS by default",
+        }
+        said = ["Arrays have the shape (..., size); answers have the same leading shape."]
         if self.package == "jax":
-            lines += ['For double precision call jax.config.update("jax_enable_x64", True).']
-        lines = [quote(line) for line in lines]
-        lines[0] = f'"""{lines[0]}'
-        lines += ['"""', ""]
+            said += ['For double precision call jax.config.update("jax_enable_x64", True).']
+        lines = open_module(program, head, titles, said)
         lines += [f"import {self.package}"] if self.package != self.module else []
         lines += [f"import {self.module} as np", ""]
         for kind, name in (("q", "COORDINATES"), ("v", "VELOCITIES")):
@@ -122,7 +132,11 @@ class Python:
 
     def test_files(self, program: Program, cases: Cases) -> dict[str, str]:
         """Return the test with its table."""
-        return {f"test_{program.name}.py": _write_test(program, cases, self.package)}
+        return {
+            f"test_{program.name}.py": write_test(
+                program, cases, _DOUBLE if self.package == "jax" else (), COMPARE
+            )
+        }
 
     def commands(self, program: Program, directory: Path) -> list[list[str]]:
         """Return the command that runs the test."""
@@ -131,8 +145,7 @@ class Python:
 
     def version(self) -> str:
         """Return the versions of Python and the package."""
-        installed = import_module(self.package).__version__
-        return f"Python {platform.python_version()} and {self.package} {installed}"
+        return say_versions(self.package)
 
 
 _HELPERS = '''
@@ -162,10 +175,6 @@ def _stack(entries, shape, *given):
     columns = [np.broadcast_to(entry, leading) for entry in entries]
     return np.reshape(np.stack(columns, axis=-1), leading + shape)
 '''.strip("\n")
-
-
-def _write_test(program: Program, cases: Cases, package: str) -> str:
-    return write_test(program, cases, _DOUBLE if package == "jax" else (), _COMPARE)
 
 
 def write_test(
@@ -206,7 +215,11 @@ def _write_tables(program: Program, cases: Cases) -> list[str]:
 
 _DOUBLE = ["import jax", "", 'jax.config.update("jax_enable_x64", True)', ""]
 
-_COMPARE = """
+COMPARE = """
+
+def call(function, given):
+    return function(*given)
+
 
 def main():
     spec = importlib.util.spec_from_file_location("code", HERE)
@@ -217,7 +230,7 @@ def main():
     inputs["y"] = np.hstack([inputs["q"], inputs["v"]])
     failed = 0
     for name, takes in TAKES.items():
-        out = np.asarray(getattr(code, name)(*(inputs[kind] for kind in takes)))
+        out = np.asarray(call(getattr(code, name), [inputs[kind] for kind in takes]))
         off = np.reshape(out, np.shape(EXPECTED[name])) - EXPECTED[name]
         difference = np.linalg.norm(np.array(WEIGHTS[name]) * off, axis=1)
         where = int(np.argmax(difference))

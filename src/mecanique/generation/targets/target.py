@@ -108,6 +108,19 @@ class Target(Protocol):
         """Return name and version of the tool that runs the code."""
 
 
+_NAMES = (
+    *("sin", "cos", "tan", "asin", "acos", "atan", "atan2"),
+    *("sqrt", "exp", "log", "tanh", "pow", "Abs", "sign"),
+)
+"""Functions by their names in programs."""
+
+
+def call_functions(prefix: str, assignment: str, **other: str) -> Notation:
+    """Return a notation in which functions have their names in programs or others, and a prefix."""
+    calls = {name: f"{prefix}{other.get(name, name)}({{}})" for name in _NAMES}
+    return Notation(calls, assignment)
+
+
 def symbols_of(program: Program) -> dict[str, tuple[str, ...]]:
     """Return an identifier for every input, by kind."""
 

@@ -11,6 +11,7 @@ import numpy as np
 from mecanique.model.expression import FUNCTIONS, numpy_function
 from mecanique.motion.compile.program import RatesProgram
 from mecanique.motion.record.curve import RightHandSide
+from mecanique.program.listing import Listing, Notation, list_program
 
 if TYPE_CHECKING:
     from mecanique.program.tape import Tape, Value
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
 Batched: TypeAlias = Callable[[float | np.ndarray, np.ndarray, np.ndarray], None]
 """f(t, Y, out): rates of many states at once, shape (nq + nv, n) both, at one time or one each."""
 
-_DEEPEST = 40
-
 _FLOATS: dict[str, Any] = {
     **{name: getattr(math, name) for name in ("sin", "cos", "sqrt", "exp", "log", "asin")},
     **{name: getattr(math, name) for name in ("acos", "atan", "atan2", "pow", "tanh")},
@@ -28,6 +27,8 @@ _FLOATS: dict[str, Any] = {
     "sign": lambda x: math.copysign(1.0, x) if x else 0.0,
 }
 """Functions of floats, by their names in programs."""
+
+_NOTATION = Notation({name: f"{name}({{}})" for name in {*_FLOATS, *FUNCTIONS}}, "{} = {}")
 
 
 def scalar(program: RatesProgram) -> RightHandSide:
@@ -42,12 +43,12 @@ def owning(rhs: RightHandSide) -> RightHandSide:
 
 def overwriting(program: RatesProgram) -> Callable[[], RightHandSide]:
     """Return a maker of functions f(t, y) = y', each of which overwrites its last answer."""
-    lines, rates = _write(program.tape, program.rates, program)
-    body = [*_begin(program, "y.tolist()"), *lines]
-    body += [f"out[{k}] = {rate}" for k, rate in enumerate(rates)]
+    listing = _write(program.tape, program.rates, program)
+    body = [*_begin(program, "y.tolist()"), *listing.lines]
+    body += [f"out[{k}] = {rate}" for k, rate in enumerate(listing.outputs)]
     text = [
         "def make():",
-        f"    answer = empty({len(rates)})",
+        f"    answer = empty({len(program.rates)})",
         "    out = memoryview(answer)",
         "    def rhs(t, y):",
         *(f"        {line}" for line in body),
@@ -62,12 +63,12 @@ def list_values(
     program: RatesProgram, values: Sequence[Value]
 ) -> Callable[[float, np.ndarray], tuple[float, ...]]:
     """Return f(t, y) that lists values of the tape of a program without open parameters."""
-    lines, answers = _write(program.tape, values, program)
-    body = [*_begin(program, "y.tolist()"), *lines]
+    listing = _write(program.tape, values, program)
+    body = [*_begin(program, "y.tolist()"), *listing.lines]
     text = [
         "def compute(t, y):",
         *(f"    {line}" for line in body),
-        f"    return {''.join(f'{answer}, ' for answer in answers)}",
+        f"    return {''.join(f'{answer}, ' for answer in listing.outputs)}",
     ]
     compute: Callable[[float, np.ndarray], tuple[float, ...]]
     compute = _run(program, text, _FLOATS)["compute"]
@@ -78,10 +79,10 @@ def vectorize(program: RatesProgram, values: Sequence[np.ndarray] = ()) -> Batch
     """Return f(t, Y, out) of a program, for many states at once."""
     from mecanique.program.half_angles import by_tangents
 
-    lines, rates = _write(*by_tangents(program.tape, program.rates), program)
-    fixed, moving = _split(program, lines)
+    listing = _write(*by_tangents(program.tape, program.rates), program)
+    fixed, moving = _split(program, listing.lines)
     body = [*_begin(program, "Y"), *moving]
-    body += [f"out[{k}] = {rate}" for k, rate in enumerate(rates)]
+    body += [f"out[{k}] = {rate}" for k, rate in enumerate(listing.outputs)]
     text = [
         f"def build({', '.join(map(_name, program.open))}):",
         *(f"    {line}" for line in fixed),
@@ -118,44 +119,16 @@ def _name(symbol: str) -> str:
     return "i_" + symbol.replace("'", "_p")
 
 
-def _write(
-    tape: Tape, outputs: Sequence[Value], program: RatesProgram
-) -> tuple[list[str], list[str]]:
-    """Assignments and the outputs' expressions; what is used once is written where it is used."""
+def _write(tape: Tape, outputs: Sequence[Value], program: RatesProgram) -> Listing:
+    """Write values of a tape, by the names that `_begin` gives the state."""
     names = {name: f"s{k}" for k, name in enumerate(program.states)} | {"t": "t"}
     # a motion has no driving forces besides those described
     names |= {f"tau {velocity}": "0.0" for velocity in program.mechanism.velocities}
-    needed = tape.find_needed(outputs)
-    uses = dict.fromkeys(needed, 0)
-    for value in [*(v for place in needed for v in tape.operations[place][1]), *outputs]:
-        if isinstance(value, int):
-            uses[value] += 1
-    texts: dict[int, str] = {}
-    depth: dict[int, int] = {}
-    lines: list[str] = []
-
-    def text(value: Value) -> str:
-        return repr(value) if isinstance(value, float) else texts[value]
-
-    for place in needed:
-        kind, values, name = tape.operations[place]
-        depth[place] = 1 + max((depth[v] for v in values if isinstance(v, int)), default=0)
-        if kind == "input":
-            texts[place] = names.get(name) or _name(name)
-            continue
-        words = [text(value) for value in values]
-        expression = (
-            f"({words[0]} {kind} {words[1]})" if kind in "+-*/" else f"{kind}({', '.join(words)})"
-        )
-        if uses[place] > 1 or depth[place] > _DEEPEST:
-            lines.append(f"x{place} = {expression}")
-            texts[place], depth[place] = f"x{place}", 0
-        else:
-            texts[place] = expression
-    return lines, [text(value) for value in outputs]
+    names |= {symbol: _name(symbol) for symbol in (*program.open, *program.signals)}
+    return list_program(tape, outputs, names, _NOTATION)
 
 
-def _split(program: RatesProgram, lines: list[str]) -> tuple[list[str], list[str]]:
+def _split(program: RatesProgram, lines: Sequence[str]) -> tuple[list[str], list[str]]:
     """Assignments that depend on parameters alone, and the others."""
     import re
 

@@ -10,9 +10,8 @@ import numpy as np
 from mecanique.errors import ClosureError, InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import list_left_out
-from mecanique.motion.linear.equilibrium import effort
+from mecanique.motion.linear.equilibrium import TreeMotion, effort, free_near
 from mecanique.motion.linear.linearization import Linearization
-from mecanique.motion.record.rates import Rates
 from mecanique.motion.simulation.problem import Values
 from mecanique.motion.tolerances import DIFFERENCES, UNRESISTED
 from mecanique.verification.stencil import differences_twice
@@ -44,19 +43,12 @@ def linearize_about(
         reference, state, _ = begin_on_loops(reference, at, v, t)
         position, velocity = state[: mechanism.nq], state[mechanism.nq :]
     acceleration = reference.acceleration(position, velocity, t)
-    tangent = np.eye(mechanism.nv)
-    if reference.closed is None:
-        by_position, by_velocity = _of_tree(reference, position, velocity, acceleration, t)
-    else:
-        from mecanique.reference.loops.independent import Independent
+    free = free_near(reference, position, t)
+    tangent, w, rate = free.tangent, velocity[free.chosen], acceleration[free.chosen]
+    by_position = _along(reference, free, free, w, rate, t)
 
-        free = Independent(reference.closed, position, t)
-        tangent = free.tangent
-        w, rate = velocity[free.chosen], acceleration[free.chosen]
-        by_position = _along(reference, free, free, w, rate, t)
-
-        def by_velocity(step: np.ndarray) -> np.ndarray:
-            return np.array([effort(reference, free, position, w + x, rate, t) for x in step])
+    def by_velocity(step: np.ndarray) -> np.ndarray:
+        return np.array([effort(reference, free, position, w + x, rate, t) for x in step])
 
     K, error_k = slopes(by_position, tangent.shape[1])
     C, error_c = slopes(by_velocity, tangent.shape[1])
@@ -102,39 +94,15 @@ _Function: TypeAlias = Callable[[np.ndarray], np.ndarray]
 """Residuals at many deviations, shape (m, n) both."""
 
 
-def _of_tree(
-    reference: Reference,
-    position: np.ndarray,
-    velocity: np.ndarray,
-    acceleration: np.ndarray,
-    t: float,
-) -> tuple[_Function, _Function]:
-    """Return M a + bias − forces by deviations of the position, and of the velocities."""
-    rates = Rates.of(reference.mechanism)
-
-    def by_position(step: np.ndarray) -> np.ndarray:
-        q = rates.displace(np.repeat(position[None], len(step), axis=0), step)
-        v, a = (np.repeat(x[None], len(step), axis=0) for x in (velocity, acceleration))
-        residual: np.ndarray = reference.inverse_dynamics(q, v, a, t)
-        return residual
-
-    def by_velocity(step: np.ndarray) -> np.ndarray:
-        q, a = (np.repeat(x[None], len(step), axis=0) for x in (position, acceleration))
-        residual: np.ndarray = reference.inverse_dynamics(q, velocity + step, a, t)
-        return residual
-
-    return by_position, by_velocity
-
-
 def _along(
     reference: Reference,
-    places: Independent,
-    free: Independent,
+    places: Independent | TreeMotion,
+    free: Independent | TreeMotion,
     w: np.ndarray,
     rate: np.ndarray,
     t: float,
 ) -> _Function:
-    """Return the same on the loops, in the independent coordinates."""
+    """Return M a + bias − forces by deviations of the position, along what is free."""
     return lambda step: np.array(
         [effort(reference, free, _near(places, x), w, rate, t) for x in step]
     )
@@ -145,18 +113,11 @@ def find_idle(reference: Reference, q: np.ndarray, t: float) -> np.ndarray:
 
     What rolls may be put where it cannot roll to straight away.
     """
-    still, places = np.zeros(reference.mechanism.nv), np.eye(reference.mechanism.nv)
-    if reference.closed is None:
-        by_position, _ = _of_tree(reference, q, still, still, t)
-    else:
-        from mecanique.reference.loops.independent import Independent
-
-        free, positional = Independent(reference.closed, q, t), reference.closed.closures.positional
-        holonomic = Independent(reference.closed, q, t, rows=positional)
-        places, none = holonomic.tangent, still[free.chosen]
-        by_position = _along(reference, holonomic, free, none, none, t)
+    free, holonomic = free_near(reference, q, t), free_near(reference, q, t, positional=True)
+    places, none = holonomic.tangent, np.zeros(len(free.chosen))
     if not places.shape[1]:
         return places
+    by_position = _along(reference, holonomic, free, none, none, t)
     K, _ = slopes(by_position, places.shape[1])
     _, sizes, directions = np.linalg.svd(K)
     resisted = int((sizes > UNRESISTED * sizes.max(initial=0.0)).sum())
@@ -164,7 +125,7 @@ def find_idle(reference: Reference, q: np.ndarray, t: float) -> np.ndarray:
     return idle
 
 
-def _near(free: Independent, step: np.ndarray) -> np.ndarray:
+def _near(free: Independent | TreeMotion, step: np.ndarray) -> np.ndarray:
     try:
         return free.position(step)
     except ClosureError as error:

@@ -34,6 +34,7 @@ from mecanique.model.placement import Placement, rpy_of
 from mecanique.model.quaternions import to_matrices
 from mecanique.model.values import Given
 from mecanique.motion.linear.differences import slopes
+from mecanique.motion.linear.equilibrium import free_near
 from mecanique.motion.record.loops import begin_on_loops
 from mecanique.motion.tolerances import (
     ALIKE,
@@ -366,9 +367,7 @@ def linearize_steady(
     # turns of hinges stay steady where a body rolls in a circle, slides do not
     turning = [n for j in mechanism.joints for n in j.coordinates if n not in j.linear_coordinates]
     prefer = held_columns(mechanism, by or [n for n in turning if n in mechanism.coordinates])
-    free = (_release_tree if reference.closed is None else _release_loops)(
-        reference, q, velocity, prefer
-    )
+    free = _release(reference, q, velocity, prefer)
     A, error = slopes(free.rates, len(free.positions) + len(free.velocities))
     positions = tuple(mechanism.velocities[k].removesuffix("'") for k in free.positions)
     velocities = tuple(mechanism.velocities[k] for k in free.velocities)
@@ -400,25 +399,11 @@ def _begin(mechanism: Mechanism, at: Given, v: Given) -> tuple[Reference, np.nda
     return reference, state[: mechanism.nq], state[mechanism.nq :]
 
 
-def _release_tree(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: np.ndarray) -> _Free:
-    """All coordinates and velocities of a tree may deviate."""
-    n = len(q)
-
-    def rates(step: np.ndarray) -> np.ndarray:
-        moving = v + step[:, n:]
-        return np.hstack([moving, reference.acceleration(q + step[:, :n], moving)])
-
-    return _Free(np.arange(n), np.arange(n), rates, np.eye(n))
-
-
-def _release_loops(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: np.ndarray) -> _Free:
+def _release(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: np.ndarray) -> _Free:
     """The deviations that the constraints leave free, preferred ones first."""
-    from mecanique.reference.loops.independent import Independent
-
     closed = reference.closed
-    assert closed is not None, "it has constraints"
-    place = Independent(closed, q, 0.0, rows=closed.closures.positional, prefer=prefer)
-    free = Independent(closed, q, 0.0, prefer=prefer)
+    place = free_near(reference, q, 0.0, positional=True, prefer=prefer)
+    free = free_near(reference, q, 0.0, prefer=prefer)
     n, w = len(place.chosen), v[free.chosen]
     home = place.position(np.zeros(n))
 
@@ -427,7 +412,10 @@ def _release_loops(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: n
         for x in step:
             there = place.position(x[:n]) if x[:n].any() else home
             moving = free.velocity(there, w + x[n:])
-            a = closed.solve(there, moving, 0.0).acceleration
+            if closed is None:
+                a = reference.acceleration(there, moving)
+            else:
+                a = closed.solve(there, moving, 0.0).acceleration
             rows.append(np.concatenate([moving[place.chosen], a[free.chosen]]))
         return np.array(rows)
 
