@@ -9,7 +9,8 @@ import pytest
 
 import mecanique as mq
 from mecanique.model.states import States
-from mecanique.motion.analysis.momentum import momenta_along, momentum_balances
+from mecanique.motion.analysis.momentum import momentum_balances
+from mecanique.motion.compile import derive
 from mecanique.motion.compile.along import StateLaw
 from mecanique.motion.compile.cache import compile_once
 from mecanique.motion.compile.program import RatesProgram
@@ -18,7 +19,6 @@ from mecanique.motion.record.quadrature import integral
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.trajectory import at_steps
 from mecanique.reference import Reference
-from mecanique.reference.engine.answers import Energy, Momentum
 
 
 def linkage() -> mq.Motion:
@@ -136,24 +136,24 @@ def test_what_is_negligible_is_not_resolved() -> None:
     assert len(asked) > 2
 
 
-@pytest.mark.parametrize("slip", [1e-9, float("nan")])
+@pytest.mark.parametrize("known", [True, False])
 def test_sums_that_the_reference_does_not_uphold_are_not_used(
-    slip: float, monkeypatch: pytest.MonkeyPatch
+    known: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    system = mq.textbook.entry("double_pendulum")
-    motion = mq.simulate(mq.textbook.load("double_pendulum"), q=system.start, duration=1.0)
-    state = motion.curve(motion.t)
-    reference, states = motion.reference, (state.q, state.v, motion.t)
-    energies, momenta = reference.quick_energies(*states), reference.quick_momenta(*states)
-    wrong_energies = Energy(*((1.0 + slip) * part for part in energies))
-    wrong_momenta = Momentum(*((1.0 + slip) * part for part in momenta))
-    monkeypatch.setattr(Reference, "quick_energies", lambda *_: wrong_energies)
-    monkeypatch.setattr(Reference, "quick_momenta", lambda *_: wrong_momenta)
+    motion = roll("double_pendulum", 1.0, 2500)
+    written = derive.energies_of
+
+    def slip_off(mechanism: mq.Mechanism) -> RatesProgram:
+        program = written(mechanism)
+        wrong = program.tape.multiply(program.rates[0], 1.0 + 1e-9)
+        if not known:
+            wrong = program.tape.call("log", program.tape.multiply(wrong, -1.0))
+        return replace(program, rates=(wrong, *program.rates[1:]))
+
+    monkeypatch.setattr(derive, "energies_of", slip_off)
     energy = motion.energy()
     found = energy.kinetic, energy.gravity, energy.springs
-    np.testing.assert_array_equal(found, reference.energy(*states))
-    right = reference.momentum(motion.q, motion.v, motion.t)
-    np.testing.assert_array_equal(momenta_along(motion), np.hstack(right))
+    np.testing.assert_array_equal(found, motion.reference.energy(motion.q, motion.v, motion.t))
 
 
 def roll(name: str, duration: float, samples: int) -> mq.Motion:
@@ -236,15 +236,16 @@ def test_questions_ask_the_reference_in_a_bounded_number_of_states(
         asked.clear()
         ask_it()
         most[question] = sum(asked)
-    assert max(most.values()) <= 2000, most
+    assert most.pop("audit") <= 8000
+    assert max(most.values()) <= 1000, most
 
 
 def test_the_momentum_of_a_long_motion_is_balanced_in_stretches() -> None:
-    """Of 1,000 steps, and found broken in each if the mechanism is another."""
+    """Five of 100 steps, and found broken in each if the mechanism is another."""
     motion = roll("double_pendulum", 60.0, 2)
     assert motion.statistics.steps > 2000
     balances = momentum_balances(at_steps(motion))
-    assert all(len(balance.t) == 1005 for balance in balances)
+    assert all(len(balance.t) == 505 for balance in balances)
     assert all((np.linalg.norm(b.residual, axis=1) < 1e-8 * b.size).all() for b in balances)
     heavier = replace(motion, mechanism=mq.textbook.load("double_pendulum", m1=2.0))
     broken = momentum_balances(at_steps(heavier))[0]

@@ -131,8 +131,8 @@ class Motion(Trajectory):
         """Check the motion against the balances of energy and momentum.
 
         It looks at the motion's own steps and between 100 of them, so that what it says does not
-        depend on the samples. Momenta are balanced over 1,000 steps at most: of a longer motion in
-        five stretches of 200, each from its own start.
+        depend on the samples. Momenta of a motion of more than 1,000 steps are balanced in five
+        stretches of 100, each from its own start.
 
         Args:
             refine: also integrate again with a smaller tolerance, to find until when the motion can

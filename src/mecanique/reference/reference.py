@@ -32,11 +32,9 @@ from mecanique.reference.engine.answers import (
 )
 from mecanique.reference.engine.bodies import (
     Frame,
-    energies,
     massive,
     momenta,
     motions,
-    move_frames,
     read_frames,
     resultants,
 )
@@ -225,14 +223,15 @@ class Reference(Dynamics):
         return Energy(*parts.T)
 
     def quick_energies(self, q: Array, v: Array, t: Array) -> Energy:
-        """Return the energies in many states at once, unchecked, by sums over the bodies.
+        """Return the energies in many states at once, unchecked.
 
         Args:
             q: shape (n, nq).
             v: shape (n, nv).
             t: shape (n,) [s].
         """
-        return energies(self._tree, q, v, t)
+        states = States(self.mechanism, q, v, t, np.zeros_like(v))
+        return Energy(*self._answer(states, self._tree.energy).T)
 
     def momentum(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Momentum:
         """Return the momenta of all bodies, world axes.
@@ -245,14 +244,15 @@ class Reference(Dynamics):
         return momenta(self._tree, self._frames(States.of(self.mechanism, q, v, t)))
 
     def quick_momenta(self, q: Array, v: Array, t: Array) -> Momentum:
-        """Return the momenta in many states at once, unchecked, by sums over the bodies.
+        """Return the momenta in many states at once, unchecked.
 
         Args:
             q: shape (n, nq).
             v: shape (n, nv).
             t: shape (n,) [s].
         """
-        return momenta(self._tree, move_frames(self._tree, q, v, t, np.zeros_like(v)))
+        states = States(self.mechanism, q, v, t, np.zeros_like(v))
+        return momenta(self._tree, self._frames(states))
 
     def resultant(
         self, q: Given, v: Given = None, t: float | Array = 0.0, a: Given = None
@@ -272,12 +272,9 @@ class Reference(Dynamics):
             EngineError: if a motion moves no mass in this state, or a loop is open.
         """
         states = States.of(self.mechanism, q, v, t, a)
-        changes = states.a if a is not None else self.quick_accelerations(states)
-        with np.errstate(all="ignore"):
-            frames = move_frames(self._tree, states.q, states.v, states.t, changes)
-            resultant = resultants(self._tree, frames)
-        self._refuse_infinite(states, np.stack(resultant, axis=1))
-        return Resultant(*map(states.unbatch, resultant))
+        if a is None:
+            states = replace(states, a=self.quick_accelerations(states))
+        return resultants(self._tree, self._frames(states))
 
     def quick_accelerations(self, states: States) -> Array:
         """Return the accelerations at states of one motion, shape (n, nv), without many checks.
@@ -416,13 +413,11 @@ class Reference(Dynamics):
             v: shape (nv,).
             t: time [s].
         """
-        states = States.of(self.mechanism, q, v, t)
+        frames = self._frames(States.of(self.mechanism, q, v, t))
         holders = [self._tree.engine.holders[body.name] for body in self.mechanism.bodies]
-        with np.errstate(all="ignore"):
-            frames = move_frames(self._tree, states.q, states.v, states.t, states.a)
-            centers = [frames[h.joint].velocity_of(h.inertia.lever) for h in holders]
-            speeds = np.linalg.norm(np.stack(centers, axis=1), axis=-1)
-        return states.unbatch(self._refuse_infinite(states, speeds))
+        centers = [frames[h.joint].velocity_of(h.inertia.lever) for h in holders]
+        speeds: Array = np.linalg.norm(np.stack(centers, axis=-2), axis=-1)
+        return speeds
 
     def point(
         self,

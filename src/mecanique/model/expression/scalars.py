@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from types import FunctionType
 from typing import Any, NoReturn, TypeAlias, final
 
 import numpy as np
@@ -215,15 +214,6 @@ def compile_scalars(
         arguments, tuple(sympify(s) for s in scalars), modules=["math"], cse=True
     )
     return function
-
-
-def accept_arrays(function: Callable[..., tuple[float, ...]]) -> Callable[..., tuple[Any, ...]]:
-    """Return what `compile_scalars` gave as a function of arrays or floats, any of them mixed."""
-    space = dict(function.__globals__)
-    for name in FUNCTIONS:
-        ours = numpy_function(name)
-        space |= {key: ours for key in (name, ours.__name__, name.lower()) if key in space}
-    return FunctionType(function.__code__, space, closure=function.__closure__)
 
 
 def _half() -> Any:

@@ -15,7 +15,6 @@ from mecanique.motion.compile.along import StateSums, compute
 from mecanique.motion.compile.python import vectorize
 from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.record.quadrature import integral
-from mecanique.motion.record.spot_check import spot_check
 from mecanique.motion.trajectory import states_at
 from mecanique.wording import Legible
 
@@ -86,12 +85,7 @@ def energies(motion: Trajectory, times: np.ndarray) -> Energies:
     reference, state = motion.reference, states_at(motion, times)
 
     def ask(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        (parts,) = spot_check(
-            lambda: [np.transpose(reference.quick_energies(q, v, t))],
-            lambda at: [np.transpose(reference.energy(q[at], v[at], t[at]))],
-            len(t),
-        )
-        return parts
+        return np.transpose(reference.energy(q, v, t))
 
     from mecanique.motion.compile.derive import energies_of
 

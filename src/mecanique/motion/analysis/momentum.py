@@ -10,18 +10,19 @@ import numpy as np
 from mecanique.arrays import spread
 from mecanique.motion.compile.along import StateLaw
 from mecanique.motion.record.quadrature import integral
-from mecanique.motion.record.spot_check import spot_check
 from mecanique.motion.tolerances import NO_MOMENTUM, UNCHANGED
 from mecanique.motion.trajectory import at_steps
 from mecanique.wording import Legible
 
 if TYPE_CHECKING:
     from mecanique.motion.trajectory import Trajectory
-    from mecanique.reference.engine.answers import Momentum
 
 
-MOST_STEPS, STRETCHES = 1000, 5
-"""Of a motion of more steps, so many stretches with so many in all are balanced."""
+MOST_STEPS = 1000
+"""With more steps than this a motion is balanced in stretches."""
+
+STRETCHES, LENGTH = 5, 100
+"""Numbers of these and of the steps in each."""
 
 
 @final
@@ -60,10 +61,9 @@ def momentum_balances(motion: Trajectory) -> list[MomentumBalance]:
         return []
     stretches, count = [motion], len(curve.intervals)
     if count > MOST_STEPS:
-        most = MOST_STEPS // STRETCHES
-        firsts = curve.intervals[spread(count - most, STRETCHES)]
+        firsts = curve.intervals[spread(count - LENGTH, STRETCHES)]
         stretches = [
-            at_steps(replace(motion, path=curve.part(first, first + most + 1)))
+            at_steps(replace(motion, path=curve.part(first, first + LENGTH + 1)))
             for first in firsts.tolist()
         ]
     parts = zip(*map(_balance, stretches), strict=True)
@@ -85,7 +85,7 @@ def _balance(motion: Trajectory) -> tuple[np.ndarray, np.ndarray]:
         sizes = [np.linalg.norm(x, axis=1, keepdims=True) for x in (force, moment, about_center)]
         return np.hstack([force, moment, about_center, *sizes])
 
-    have = momenta_along(motion)
+    have = np.hstack(reference.momentum(motion.q, motion.v, motion.t))
     sizes = np.linalg.norm(have.reshape(-1, 3, 3), axis=2).max(axis=0)
     duration = float(np.ptp(motion.t)) or 1.0
     negligible = UNCHANGED * np.repeat(_scales(sizes), 3) / duration
@@ -101,21 +101,6 @@ def _balance(motion: Trajectory) -> tuple[np.ndarray, np.ndarray]:
     scales = _scales(sizes + given[-1, 9:])
     scales[scales == 0] = 1.0
     return residual, np.tile(scales, (len(residual), 1))
-
-
-def momenta_along(motion: Trajectory) -> np.ndarray:
-    """Return linear momentum, angular about the origin and about the center, shape (n, 9)."""
-    reference, q, v, t = motion.reference, motion.q, motion.v, motion.t
-
-    def by_unit(momentum: Momentum) -> list[np.ndarray]:
-        return [momentum.linear, np.hstack(momentum[1:])]
-
-    parts = spot_check(
-        lambda: by_unit(reference.quick_momenta(q, v, t)),
-        lambda at: by_unit(reference.momentum(q[at], v[at], t[at])),
-        len(t),
-    )
-    return np.hstack(parts)
 
 
 def _scales(sizes: np.ndarray) -> np.ndarray:

@@ -76,12 +76,11 @@ class StateSums:
             return self.ask(t, *parts)
 
         function, width = self._function
-        (sums,) = spot_check(
-            lambda: [compute(function, t, parts, width)],
-            lambda at: [self.ask(t[at], *(part[at] for part in parts))],
+        return spot_check(
+            lambda: compute(function, t, parts, width),
+            lambda at: self.ask(t[at], *(part[at] for part in parts)),
             len(t),
         )
-        return sums
 
     @cached_property
     def _function(self) -> tuple[Batched, int]:

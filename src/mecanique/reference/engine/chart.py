@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
-from mecanique.model.expression import accept_arrays, compile_scalars, plain, symbols_in
+from mecanique.model.expression import compile_scalars, plain, symbols_in
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.load import EngineModel, JointIndices
@@ -157,34 +157,6 @@ class Chart:
             scale = 1 / sqrt(x * x + y * y + z * z + w * w)
             p[to : to + 4] = x * scale, y * scale, z * scale, w * scale
         return values
-
-    def place_many(self, q: Array, t: Array) -> tuple[Array, Array]:
-        """Return the engine's positions in n states, and q followed by the driven coordinates."""
-        values = q
-        if self._map is not None:
-            driven = accept_arrays(self._map)(*q.T, t, *self._values)
-            values = np.column_stack([q, *(np.broadcast_to(value, len(q)) for value in driven)])
-        p: Array = np.tile(self.p, (len(q), 1))
-        for to, at in self._positions:
-            p[:, to] = values[:, at]
-        for to, at in self._circles:
-            p[:, to], p[:, to + 1] = np.cos(values[:, at]), np.sin(values[:, at])
-        for to, ats in self._quaternions:
-            quaternion = values[:, list(ats)]
-            p[:, to : to + 4] = quaternion / np.linalg.norm(quaternion, axis=1, keepdims=True)
-        return p, values
-
-    def move_many(self, q: Array, v: Array, t: Array, a: Array) -> tuple[Array, Array]:
-        """Return the engine's velocities and accelerations in n states, each (n, engine's nv)."""
-        u, rate = v @ self.G.T, a @ self.G.T
-        if self._jet is not None:
-            rows, count = self._rows, len(self._rows)
-            numbers = accept_arrays(self._jet)(*q.T, *v.T, t, *self._values)
-            table = np.stack([np.broadcast_to(number, len(q)) for number in numbers], axis=1)
-            G = table[:, 2 * count :].reshape(len(q), count, -1)
-            u[:, rows] = np.einsum("nij,nj->ni", G, v) + table[:, :count]
-            rate[:, rows] = np.einsum("nij,nj->ni", G, a) + table[:, count : 2 * count]
-        return u, rate
 
     def at(self, q: Array, v: Array, t: float) -> Array:
         """Set G, c and γ at a state and return the engine's velocities u, shape (engine's nv,)."""

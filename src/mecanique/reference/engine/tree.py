@@ -327,7 +327,7 @@ class EngineTree:
         values, u = chart.place(q, t), chart.at(q, v, t)
         # this also sets the bodies' poses, which the springs need
         height = self._pin.computePotentialEnergy(engine.model, engine.data, chart.p) + self.resting
-        springs = self.loads.energy(np.array(values), t, lambda site: np.array(site.position()))
+        springs = self.loads.energy(values, t)
         # Pinocchio's own kinetic energy omits the armature of bounded hinges and slides
         kinetic = 0.5 * float(u @ self._pin.crba(engine.model, engine.data, chart.p) @ u)
         return np.array([kinetic, height, springs])

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from math import sqrt
+from math import dist, sqrt
 from typing import NamedTuple, final
 
 import numpy as np
@@ -20,7 +20,6 @@ from mecanique.model.expression import (
     DISTANCE,
     Scalar,
     Vector,
-    accept_arrays,
     compile_scalars,
 )
 from mecanique.model.force_base import AnyForce, BodyLoad, JointLoad, LineLoad
@@ -89,7 +88,7 @@ class _Field:
         letters = (*names, "t", *mechanism.values)
         self._values = tuple(mechanism.values.values())
         self._slopes = compile_scalars(slopes, letters)
-        self._energy = accept_arrays(compile_scalars([V.xreplace(back)], letters))
+        self._energy = compile_scalars([V.xreplace(back)], letters)
 
     def slopes(self, *at: float) -> tuple[float, ...]:
         """Return ∂V/∂q at q and t."""
@@ -99,9 +98,9 @@ class _Field:
         """Return (∂V/∂x)/x of a distance x."""
         return self._slopes(x, t, *self._values)[0]
 
-    def energy(self, *at: Array) -> Array:
+    def energy(self, *at: float) -> float:
         """Return V at q and t [J]."""
-        return np.asarray(self._energy(*at, *self._values)[0], dtype=float)
+        return self._energy(*at, *self._values)[0]
 
 
 @final
@@ -337,19 +336,18 @@ class Loads:
             for action in hinge.actions(size)
         ]
 
-    def energy(self, values: Array, t: float | Array, position: Callable[[Site], Array]) -> Array:
+    def energy(self, values: list[float], t: float) -> float:
         """Return the potential energy of springs, ½ k (elongation)² each, and of fields [J]."""
-        # in one state or in n: values (…, k), times (…), positions (…, 3)
-        total = np.zeros(values.shape[:-1])
+        total = 0.0
         for line in self._lines:
             if line.stiffness or line.field is not None:
-                length = np.linalg.norm(position(line.b) - position(line.a), axis=-1)
+                length = dist(line.b.position(), line.a.position())
                 total += 0.5 * line.stiffness * (length - line.free_length) ** 2
-                total += 0.0 if line.field is None else line.field.energy(length, np.asarray(t))
+                total += 0.0 if line.field is None else line.field.energy(length, t)
         for term in self._terms:
-            total += 0.5 * term.stiffness * (values[..., term.at] - term.rest) ** 2
+            total += 0.5 * term.stiffness * (values[term.at] - term.rest) ** 2
         for well in self._wells:
-            total += well.field.energy(*(values[..., k] for k in well.at), np.asarray(t))
+            total += well.field.energy(*(values[k] for k in well.at), t)
         return total
 
     def check(self) -> None:
