@@ -147,7 +147,7 @@ class System:
     def __init__(self, coordinates: str, parameters: str = "", inputs: str = "") -> None:
         self.ring = Ring()
         self.q = [self.ring.coordinate(name) for name in coordinates.split()]
-        self.v = [self.ring.velocity(name) for name in coordinates.split()]
+        self.v = [self.ring[f"{name}'"] for name in coordinates.split()]
         self.p = {name: self.ring.parameter(name) for name in parameters.split()}
         self.f = {name: self.ring.input(name) for name in inputs.split()}
 
@@ -295,7 +295,7 @@ def moved_support() -> list[Series]:
     ring = Ring()
     x, z = ring.coordinate("x"), ring.input("z", derivatives=2)
     m, k, c = (ring.parameter(name) for name in "mkc")
-    v = ring.velocity("x")
+    v = ring["x'"]
     stretch = x - z
     L = m * v**2 / 2 - k * stretch**2 / 2
     return [E.value + c * stretch.ddt() for E in ring.euler(L)]
@@ -563,10 +563,10 @@ def test_sympy_gets_the_same_expression() -> None:
 RING = Ring()
 LETTERS = [RING.coordinate("x"), RING.coordinate("q1"), RING.coordinate("q2")]
 LETTERS += [
-    RING.velocity("x"),
-    RING.velocity("q1"),
-    RING.acceleration("x"),
-    RING.acceleration("q2"),
+    RING["x'"],
+    RING["q1'"],
+    RING["x''"],
+    RING["q2''"],
 ]
 LETTERS += [RING.parameter("a"), RING.parameter("b"), RING.input("F"), 1 / RING["b"]]
 ANGLES = [
@@ -626,7 +626,7 @@ def test_deriving_does_not_import_sympy() -> None:
         "import sys, mecanique.derivation.printing.equations\n"
         "from mecanique.derivation.scalars.functions import function\n"
         "from mecanique.derivation.scalars.series import Ring\n"
-        "r = Ring(); q = r.coordinate('q'); L = r.velocity('q')**2 + function('cos')(q)\n"
+        "r = Ring(); q = r.coordinate('q'); L = r[\"q'\"]**2 + function('cos')(q)\n"
         "print(r.euler(L)[0].value, 'sympy' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

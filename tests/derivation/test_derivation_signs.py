@@ -24,7 +24,6 @@ from mecanique.derivation.symbolic.cutting import normal_of
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.symbols import Algebra
-from mecanique.derivation.symbolic.vectors import along
 from mecanique.errors import DerivationError
 from mecanique.model import (
     Body,
@@ -54,7 +53,7 @@ def test_moments_are_taken_about_the_center_of_mass_of_a_body_that_moves_freely(
     ring = by_hand.algebra.ring
     m, length, q, a, x, z = (ring[n] for n in ("m2", "l2", "q2", "q2''", "R_pin2_x", "R_pin2_z"))
     assert not cut.fixed
-    assert by_hand.balances.turning(cut)[1] == -m * length**2 * a / 12
+    assert cut.about_reference(cut.push).moment[1] == -m * length**2 * a / 12
     assert by_hand.balances.acting(cut).moment[1] == length * (z * sin(q) + x * cos(q)) / 2
 
 
@@ -85,7 +84,7 @@ def test_a_rotor_takes_its_part_of_the_moment_about_its_joint() -> None:
     m, length, g, rotor, q, a = (
         by_hand.algebra.ring[name] for name in ("m", "l", "g", "I", "q", "q''")
     )
-    about_k = by_hand.balances.moments_along(cut)[2]
+    about_k = by_hand.balances.acting_along(cut).moment[2]
     rate = m * length**2 * a / 3
     assert about_k == -rotor * a - m * g * length * sin(q) / 2
     assert by_hand.derivation().rows == (rate - about_k,)
@@ -186,13 +185,11 @@ def test_the_balances_of_every_body_hold_as_they_are_written(name: str) -> None:
     evaluated = Evaluation(algebra.ring, values)
     balances = by_hand.balances
     for cut in by_hand.cuts.bodies:
-        sides = (
-            (balances.forces_along(cut), along(cut.axes.rows, cut.push)),
-            (balances.moments_along(cut), along(cut.axes.turns, balances.turning(cut))),
-        )
-        for acting, changing in sides:
-            for one, other in zip(acting, changing, strict=True):
-                np.testing.assert_allclose(evaluated(one), evaluated(other), rtol=0, atol=1e-12)
+        acting = balances.acting_along(cut)
+        changing = cut.axes.along(cut.about_reference(cut.push))
+        pairs = (acting.force, changing.force), (acting.moment, changing.moment)
+        for one, other in (sides for pair in pairs for sides in zip(*pair, strict=True)):
+            np.testing.assert_allclose(evaluated(one), evaluated(other), rtol=0, atol=1e-12)
 
 
 def test_roots_and_products_of_constants_are_numbers_of_the_ring() -> None:

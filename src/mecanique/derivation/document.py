@@ -15,13 +15,12 @@ from mecanique.derivation.printing.equations import equations, expression
 from mecanique.derivation.printing.lines import INLINE, PAGE, align, display, number_rows, width
 from mecanique.derivation.printing.prose import escape as tex
 from mecanique.derivation.printing.prose import find_points, spell_greek, to_html, to_latex
-from mecanique.derivation.printing.writers import Equation, Latex, MathML, Text, Writer
+from mecanique.derivation.printing.writers import Equation, Latex, MathML, Text, Writer, to_math
 from mecanique.derivation.scalars.cancel import without_common_divisor
 from mecanique.derivation.symbolic.derivation import REACTIONS, Derivation, Result
 from mecanique.derivation.symbolic.solution import result_of
 from mecanique.wording import to_title
 
-_MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math>'
 _COLUMNS = '<dl style="display: grid; grid-template-columns: fit-content(40%) 1fr; gap: 0.3em 1em">'
 _DIVIDED = "Each line is divided by the numbers and parameters {}all its terms share."
 _LINEAR = " The last line is the same in matrices: the equations are linear."
@@ -238,10 +237,10 @@ class Document:
         yield symbols
         for meaning in listed:
             written = [writer.letter(name, False, "") for name in meaning.names]
-            symbol = ", ".join(_MATH.format("inline", letter) for letter in written)
+            symbol = ", ".join(to_math(letter, "inline") for letter in written)
             said = to_html(meaning.sentence, self._names)
             if meaning.definition is not None:
-                said += f", {_MATH.format('inline', _write_equality(meaning, writer))}"
+                said += f", {to_math(_write_equality(meaning, writer), 'inline')}"
             yield f"<dt>{symbol}</dt><dd>{said}</dd>"
         yield "</dl>"
         yield from (f"<p>{to_html(sentence, self._names)}</p>" for sentence in self._warn(steps))
@@ -258,7 +257,7 @@ class Document:
         for meaning in meanings(self.derivation, steps=False):
             written = [writer.letter(name, False, "") for name in meaning.names]
             symbol = "<mo>,</mo>".join(written)
-            listed.append((_MATH.format("inline", symbol), self._spell(meaning.sentence)))
+            listed.append((to_math(symbol, "inline"), self._spell(meaning.sentence)))
         return tuple(listed)
 
     def sections(self) -> tuple[Section, ...]:
@@ -267,13 +266,9 @@ class Document:
         rows = ""
         for meaning in meanings(self.derivation):
             rows += _write_row(meaning, writer)
-        out = [
-            Section(
-                "Symbols", self.introduction, (_MATH.format("block", f"<mtable>{rows}</mtable>"),)
-            )
-        ]
+        out = [Section("Symbols", self.introduction, (to_math(f"<mtable>{rows}</mtable>"),))]
         for stage in self.derivation.stages:
-            lines = [_MATH.format("block", result.write(writer)) for result in stage.results]
+            lines = [to_math(result.write(writer)) for result in stage.results]
             title, said = map(self._spell, (stage.title, stage.explanation))
             out.append(Section(title, said, tuple(lines)))
         formulas = tuple(equation.mathml() for equation in self.equations)
@@ -289,7 +284,7 @@ class Document:
     def _conclude(self, said: str, solved: Sequence[Equation | Result]) -> Iterator[Section]:
         """Yield the last section, none if there is nothing to say."""
         if solved:
-            lines = [_MATH.format("block", line.write(MathML())) for line in solved]
+            lines = [to_math(line.write(MathML())) for line in solved]
             yield Section("Result", self._spell(said), tuple(lines))
 
     @property
@@ -319,8 +314,8 @@ class Document:
             if meaning.definition is not None:
                 said += f", {_write_equality(meaning, writer)}"
             if len(meaning.names) > 1:
-                yield from _hang(", ".join(meaning.names), 2)
-                yield from _hang(said, 4)
+                yield from _wrap(", ".join(meaning.names), 2)
+                yield from _wrap(said, 4)
             else:
                 yield f"  {meaning.names[0]:<{wide}}  {said}"
         for sentence in self._warn(steps):
@@ -374,11 +369,7 @@ def to_page(parts: Sequence[str], name: str = "") -> str:
     return "\n".join([_PREAMBLE, *title, *map(number_rows, parts), "\\end{document}", ""])
 
 
-def _wrap(sentence: str) -> list[str]:
-    return textwrap.wrap(sentence, _WIDTH, initial_indent="   ", subsequent_indent="   ")
-
-
-def _hang(sentence: str, indent: int) -> list[str]:
+def _wrap(sentence: str, indent: int = 3) -> list[str]:
     blank = " " * indent
     return textwrap.wrap(sentence, _WIDTH, initial_indent=blank, subsequent_indent=blank)
 

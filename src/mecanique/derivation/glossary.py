@@ -11,7 +11,6 @@ from typing import final
 
 from mecanique.derivation.printing.equations import expression, root
 from mecanique.derivation.printing.expressions import to_sympy
-from mecanique.derivation.printing.formulas import Product
 from mecanique.derivation.printing.writers import Equation, Expression
 from mecanique.derivation.scalars.series import FOLLOWER, Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left, Tie
@@ -39,8 +38,13 @@ UNIT_AT_END = re.compile(r"\[([^\]]*)\]$")
 def find_units(derivation: Derivation, equation: Equation) -> tuple[Dimension | None, ...]:
     """Return the dimension of each term; None where a plain number stands for a quantity."""
     dimensions = _collect_dimensions(derivation)
-    terms = (*equation.left.terms, *equation.right.terms)
-    return tuple(_find_dimension(dimensions, term) for term in terms)
+    found: list[Dimension | None] = []
+    for term in (*equation.left.terms, *equation.right.terms):
+        try:
+            found.append(dimensions.of(term.sympy()))
+        except HomogeneityError:  # a plain number stands for a quantity with a unit
+            found.append(None)
+    return tuple(found)
 
 
 def unit_of(derivation: Derivation, equation: Equation) -> str:
@@ -48,13 +52,6 @@ def unit_of(derivation: Derivation, equation: Equation) -> str:
     # They differ where plain numbers stand for quantities with a unit
     known = [its for its in find_units(derivation, equation) if its is not None]
     return say_unit(Counter(known).most_common(1)[0][0]) if known else ""
-
-
-def _find_dimension(dimensions: Dimensions, term: Product) -> Dimension | None:
-    try:
-        return dimensions.of(term.sympy())
-    except HomogeneityError:  # a plain number stands for a quantity with a unit
-        return None
 
 
 def _collect_dimensions(derivation: Derivation) -> Dimensions:
@@ -65,20 +62,14 @@ def _collect_dimensions(derivation: Derivation) -> Dimensions:
     for velocity in algebra.velocities:
         if velocity in known:
             known[f"{velocity}'"] = divide(known[velocity], read_unit("s"))
-    known |= dict(_collect_stated(derivation.unknowns.items()))
+    for name, sentence in derivation.unknowns.items():
+        if unit := UNIT_AT_END.search(sentence):
+            known[name] = read_unit(unit[1])
     for index, atom in algebra.ring.atoms.items():
         its = Dimensions(known, {}).of(to_sympy(atom.argument))
         if atom.named and atom.function == "sqrt" and its is not None:
             known[algebra.ring.generators[index].name] = tuple(Fraction(x) / 2 for x in its)
     return Dimensions(known, {})
-
-
-def _collect_stated(meanings: Iterable[tuple[str, str]]) -> Iterable[tuple[str, Dimension]]:
-    """Yield the dimension of each symbol whose meaning ends with a unit."""
-    for name, sentence in meanings:
-        unit = UNIT_AT_END.search(sentence)
-        if unit:
-            yield name, read_unit(unit[1])
 
 
 _PARTS = ("x component", "y component", "z component", "scalar part")

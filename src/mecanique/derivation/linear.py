@@ -8,21 +8,20 @@ Elements of Vibration Analysis, 1986, sect. 4.2).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import count
 from typing import final
 
 from mecanique.derivation.printing.equations import equations, expression
-from mecanique.derivation.printing.writers import Equation, Latex, MathML, Text, Writer
+from mecanique.derivation.printing.writers import Equation, Latex, MathML, Text, Writer, to_math
 from mecanique.derivation.scalars.cancel import tidy, without_common_divisor
 from mecanique.derivation.scalars.evaluation import Substitution, evaluate
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.series import TIMED, Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Matrix
 from mecanique.derivation.tolerances import BALANCED, NEAT
 from mecanique.errors import DerivationError
-
-_MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="block">{}</math>'
 
 _LARGE = 4
 """Matrices with at least this many rows are printed on lines of their own."""
@@ -41,9 +40,13 @@ class Linear:
 
     def text(self) -> str:
         """Return the matrix equation as text, then each matrix by rows."""
-        lines = [self._state(Text()), f"q = [{', '.join(self.names)}]"]
-        lines += [f"{letter} = {_write_rows(rows)}" for letter, rows, _ in self._terms]
-        return "\n".join([*lines, *([f"f = {_write_row(self.f)}"] if any(self.f) else [])])
+        writer = Text()
+        matrices = [f"{letter} = {_write(rows, writer)}" for letter, rows, _ in self._terms]
+        force = ", ".join(expression(entry).text() for entry in self.f)
+        forces = [f"f = [{force}]"] if any(self.f) else []
+        return "\n".join(
+            [self._state(writer), f"q = [{', '.join(self.names)}]", *matrices, *forces]
+        )
 
     def latex(self) -> str:
         """Return one equation between matrices in LaTeX, without dollar signs."""
@@ -54,15 +57,13 @@ class Linear:
         if len(self.names) < _LARGE:
             return [self.latex()]
         writer = Latex()
-        lines = [self._state(writer)]
-        lines += [f"{letter} = {_write_series(rows, writer)}" for letter, rows, _ in self._terms]
-        lines.append(f"q = {self._write_column(writer, '')}")
-        force = _write_series([[entry] for entry in self.f], writer)
-        return [*lines, *([f"f = {force}"] if any(self.f) else [])]
+        matrices = [f"{letter} = {_write(rows, writer)}" for letter, rows, _ in self._terms]
+        forces = [f"f = {self._write_forces(writer)}"] if any(self.f) else []
+        return [self._state(writer), *matrices, f"q = {self._write_column(writer, '')}", *forces]
 
     def mathml(self) -> str:
         """Return the equation as one MathML element."""
-        return _MATH.format(self._write_whole(MathML()))
+        return to_math(self._write_whole(MathML()))
 
     @property
     def _terms(self) -> list[tuple[str, Matrix, str]]:
@@ -80,17 +81,18 @@ class Linear:
     def _write_whole(self, writer: Writer) -> str:
         """Write the equation between the matrices themselves."""
         products = [
-            (False, _write_series(rows, writer) + self._write_column(writer, dots))
+            (False, _write(rows, writer) + self._write_column(writer, dots))
             for _, rows, dots in self._terms
         ]
-        force = _write_series([[entry] for entry in self.f], writer)
-        return writer.equation(writer.sum(products), force)
+        return writer.equation(writer.sum(products), self._write_forces(writer))
+
+    def _write_forces(self, writer: Writer) -> str:
+        """Write the column of the forces."""
+        return _write([[entry] for entry in self.f], writer)
 
     def _write_column(self, writer: Writer, dots: str) -> str:
         """Write the column of the coordinates, or of their rates."""
-        return _write_matrix(
-            [[writer.letter(name + dots, False, "")] for name in self.names], writer
-        )
+        return writer.matrix([[writer.letter(name + dots, False, "")] for name in self.names])
 
 
 def linear(derivation: Derivation) -> Linear | None:
@@ -101,11 +103,11 @@ def linear(derivation: Derivation) -> Linear | None:
     names = tuple(algebra.mechanism.coordinates)
     if not n or len(names) != n or derivation.ties:
         return None
-    fixed = (*moving, Kind.TIME, Kind.INPUT)
 
-    def vary(rows: Iterable[Sequence[Series]], kinds: Sequence[Kind]) -> bool:
-        return any(g.kind in kinds for row in rows for entry in row for g in entry.generators())
+    def vary(rows: Iterable[Sequence[Series]], kinds: Collection[Kind]) -> bool:
+        return any(not entry.kinds.isdisjoint(kinds) for row in rows for entry in row)
 
+    fixed = {*moving, *TIMED}
     if vary(derivation.M, fixed):
         return None
     forces = [h - Q for h, Q in zip(derivation.h, derivation.Q, strict=True)]
@@ -122,30 +124,9 @@ def linear(derivation: Derivation) -> Linear | None:
     return None if vary([f], moving) else Linear(names, derivation.M, C, K, f)
 
 
-def _write_row(row: Sequence[Series]) -> str:
-    return f"[{', '.join(expression(entry).text() for entry in row)}]"
-
-
-def _write_rows(rows: Matrix) -> str:
-    return f"[{', '.join(map(_write_row, rows))}]"
-
-
-def _write_series(rows: Iterable[Sequence[Series]], writer: Writer) -> str:
-    def write(entry: Series) -> str:
-        return expression(entry).write(writer)
-
-    return _write_matrix([list(map(write, row)) for row in rows], writer)
-
-
-def _write_matrix(rows: list[list[str]], writer: Writer) -> str:
-    if isinstance(writer, Latex):
-        lines = " \\\\ ".join(map(" & ".join, rows))
-        return f"\\begin{{bmatrix}} {lines} \\end{{bmatrix}}"
-    table = ""
-    for row in rows:
-        cells = "".join(f"<mtd>{cell}</mtd>" for cell in row)
-        table += f"<mtr>{cells}</mtr>"
-    return f"<mrow><mo>[</mo><mtable>{table}</mtable><mo>]</mo></mrow>"
+def _write(rows: Iterable[Sequence[Series]], writer: Writer) -> str:
+    """Write a matrix of series."""
+    return writer.matrix([[expression(entry).write(writer) for entry in row] for row in rows])
 
 
 @final
@@ -186,7 +167,7 @@ class Linearized:
         out = [equation.mathml() for equation in self.equations]
         if len(self.equations) > 1:
             out.append(self.matrices.mathml())
-        return "\n".join([*out, *(_MATH.format(line) for line in self._write_figures(MathML()))])
+        return "\n".join([*out, *(to_math(line) for line in self._write_figures(MathML()))])
 
     def about(self) -> str:
         """Introduce the linear equations in a sentence: the equilibrium, and what letters mean."""
@@ -235,7 +216,7 @@ def linearize_equations(derivation: Derivation, q: Mapping[str, float]) -> Linea
     K = tuple(tuple(map(put, ring.along(force))) for force in forces)
     for what, matrix in (("M", M), ("C", C), ("K", K)):
         for entry in (entry for row in matrix for entry in row):
-            timed = [g.name for g in entry.generators() if g.kind in (Kind.TIME, Kind.INPUT)]
+            timed = [g.name for g in entry.generators() if g.kind in TIMED]
             if timed:
                 raise DerivationError(
                     f"the linear equations of {mechanism.name!r} have no constant coefficients: "
@@ -264,10 +245,11 @@ def linearize_equations(derivation: Derivation, q: Mapping[str, float]) -> Linea
     shown = {g.name for row in rows for g in row.generators()}
     used = {name: value for name, value in letters.items() if name in shown}
     square, ratio = _find_frequency(M, C, K, numbers) if len(names) == 1 else (None, None)
+    # a value is stated if it contains only π and letters that are printed
     at = {
         name: place[name]
         for name in mechanism.coordinates
-        if place[name].is_number or _is_printed(place[name], used)
+        if all(g.kind is Kind.CONSTANT or g.name in used for g in place[name].generators())
     }
     zero = not any(place[name] for name in mechanism.coordinates)
     matrices = Linear(names, M, C, K, f)
@@ -282,17 +264,11 @@ def linearize_equations(derivation: Derivation, q: Mapping[str, float]) -> Linea
     )
 
 
-def _is_printed(value: Series, used: Mapping[str, float]) -> bool:
-    """Whether a coordinate's value contains only π and letters that are printed."""
-    return all(g.kind is Kind.CONSTANT or g.name in used for g in value.generators())
-
-
 def _place_in_letters(
     derivation: Derivation, q: Mapping[str, float]
 ) -> tuple[dict[str, Series], dict[str, float]]:
     """Write the equilibrium's coordinates as 0, multiples of π/12, or letters with values."""
     ring = derivation.algebra.ring
-    taken = {g.name for g in ring.generators}
     quaternions = {name for name in q if f"{name}'" not in derivation.algebra.velocities}
     place, letters = {}, {}
     for name, value in q.items():
@@ -304,9 +280,7 @@ def _place_in_letters(
         elif name not in quaternions and abs(value - twelfths * math.pi / 12) < NEAT:
             place[name] = ring.constant("pi") * Fraction(twelfths, 12)
         else:
-            letter = f"{name}_0"
-            while letter in taken:
-                letter += "0"
+            letter = ring.choose_name(f"{name}_0{'0' * k}" for k in count())
             place[name] = ring.parameter(letter)
             letters[letter] = value
     return place, letters
@@ -323,7 +297,7 @@ def _find_drive(
         ring, timed, constant = rest.ring, list[Series](), list[Series]()
         for trig, monomial, c in rest.terms():
             term = Series(ring, {trig: {monomial: c.numerator}}, c.denominator, rest.reach)
-            if any(g.kind in (Kind.TIME, Kind.INPUT) for g in term.generators()):
+            if not term.kinds.isdisjoint(TIMED):
                 timed.append(-term)
             else:
                 constant.append(term)

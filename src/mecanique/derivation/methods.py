@@ -12,7 +12,6 @@ from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.newton_euler import Balances, refuse_misfits
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.numeric.virtual_work import NumericVirtualWork
-from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, SymbolicMethod, along_displacement
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
@@ -92,20 +91,14 @@ def derivations(mechanism: Mechanism) -> dict[str, Derivation]:
     return {name: way.symbolic(mechanism, algebra).derivation() for name, way in METHODS.items()}
 
 
-def _project(lagrange: Derivation, other: Derivation) -> tuple[Series, ...]:
-    """Lagrange's left sides, projected on the other method's independent displacements, if any."""
-    if not other.quasi:
-        return lagrange.rows
-    return tuple(along_displacement(displacement, lagrange.rows) for displacement in other.quasi)
-
-
 def agreement(mechanism: Mechanism) -> str:
     """Say in a sentence whether all methods give the same left sides."""
     # With quaternions the differences need not vanish identically: their unit length is not used
     methods = derivations(mechanism)
     *others, lagrange = methods.values()
     for derivation in others:
-        for left, right in zip(derivation.rows, _project(lagrange, derivation), strict=True):
+        projected = [along_displacement(column, lagrange.rows) for column in derivation.quasi]
+        for left, right in zip(derivation.rows, projected or lagrange.rows, strict=True):
             if not (left - right).vanishes():
                 return "The closed forms of the equations differ; compare them by numbers."
     said = (

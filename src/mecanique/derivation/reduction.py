@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -71,16 +71,12 @@ class Ignored:
     @property
     def rate(self) -> Series:
         """The velocity q' in terms of momenta and velocities that have not been ignored yet."""
-        return tidy(self.left * _inverse(self.inertia))
+        return tidy(self.left / self.inertia)
 
     @property
     def energy(self) -> Series:
         """The part (p − rest)²/(2 inertia) that is subtracted in R."""
-        return tidy(self.left**2 * _inverse(self.inertia) / 2)
-
-    def shown_rate(self) -> Expression:
-        """The velocity q' as a quotient that is not expanded."""
-        return Quotient(self.left, self.inertia).fraction()
+        return tidy(self.left**2 / self.inertia / 2)
 
     def shown_energy(self, sign: int) -> Expression:
         """The part that is subtracted in R, with a sign, as a square over the inertia."""
@@ -129,7 +125,7 @@ def reduce_by_momenta(lagrange: Lagrange) -> Routh:
         v = ring[f"{name}'"]
         A, momentum = inertias[name], left.pop(name)
         rest = tidy(slopes[name] - A * v)
-        folded = any(g.kind is Kind.VELOCITY for g in rest.generators())
+        folded = Kind.VELOCITY in rest.kinds
         coordinate = Ignored(name, momentum, A, rest, folded)
         # with q' = (p − B)/A, T − p q' is the part of T without q', minus (p − B)²/(2 A)
         kinetic = tidy(kinetic - A * v**2 / 2 - rest * v)
@@ -170,10 +166,6 @@ def _find_cyclic(lagrange: Lagrange) -> list[str]:
             "no momentum ∂T/∂q' is conserved, and Routh's reduction does not apply"
         )
     return cyclic
-
-
-def _inverse(inertia: Series) -> Series:
-    return inertia**-1 if inertia.is_unit else inertia.ring.inverse(inertia)
 
 
 def _momenta(lagrange: Lagrange, names: Sequence[str]) -> list[Series]:
@@ -226,6 +218,13 @@ def _finish(lagrange: Lagrange, kinetic: Series, ignored: Sequence[Ignored]) -> 
     still = kinetic.coefficients(rates).get((0,) * len(rates), ring.number(0))
     effective = tidy(ring.sum([*(coordinate.energy for coordinate in ahead), V, -still]))
     shown_V = join([*(coordinate.shown_energy(1) for coordinate in ahead), expression(V - still)])
+    momenta, velocities = list[Result](), list[Result]()
+    for coordinate in ignored:
+        name, v = coordinate.name, f"{coordinate.name}'"
+        letter = name_of(coordinate.momentum).removesuffix(f"_{name}")
+        momenta.append(Result(Left(letter, name, component=True), tidy(lagrange.T.diff(v))))
+        fraction = Quotient(coordinate.left, coordinate.inertia).fraction
+        velocities.append(Result(Left(v), coordinate.rate, fraction))
     derivation = Derivation(
         algebra=algebra,
         M=M,
@@ -234,8 +233,8 @@ def _finish(lagrange: Lagrange, kinetic: Series, ignored: Sequence[Ignored]) -> 
         stages=(
             *geometry_stages(lagrange.kinematics),
             *energy_stages(lagrange, by_squares=False),
-            Stage("Cyclic coordinates", _SINCE, tuple(_list_momenta(lagrange, ignored))),
-            Stage("Velocities of the cyclic coordinates", _RATES, tuple(_rates(ignored))),
+            Stage("Cyclic coordinates", _SINCE, tuple(momenta)),
+            Stage("Velocities of the cyclic coordinates", _RATES, tuple(velocities)),
             Stage(
                 "Routh's function",
                 _FUNCTION,
@@ -252,21 +251,6 @@ def _finish(lagrange: Lagrange, kinetic: Series, ignored: Sequence[Ignored]) -> 
         written=tuple(written),
     )
     return Routh(derivation, tuple(ignored), tuple(parts))
-
-
-def _list_momenta(lagrange: Lagrange, ignored: Sequence[Ignored]) -> Iterator[Result]:
-    for coordinate in ignored:
-        momentum = lagrange.T.diff(f"{coordinate.name}'")
-        yield Result(Left(_letter_of(coordinate), coordinate.name, component=True), tidy(momentum))
-
-
-def _rates(ignored: Sequence[Ignored]) -> Iterator[Result]:
-    for coordinate in ignored:
-        yield Result(Left(f"{coordinate.name}'"), coordinate.rate, coordinate.shown_rate)
-
-
-def _letter_of(coordinate: Ignored) -> str:
-    return name_of(coordinate.momentum).removesuffix(f"_{coordinate.name}")
 
 
 def _meanings(lagrange: Lagrange, ignored: Sequence[Ignored]) -> dict[str, str]:

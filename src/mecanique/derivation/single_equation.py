@@ -17,7 +17,7 @@ from mecanique.derivation.printing.writers import Equation, Expression, Text
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.evaluation import Evaluation, relative_rest
 from mecanique.derivation.scalars.polynomials import exponents
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.series import TIMED, Series
 from mecanique.derivation.symbolic.derivation import (
     Derivation,
     Left,
@@ -97,8 +97,7 @@ def reduce_to_one(lagrange: Lagrange, coordinate: str = "") -> ReducedEquation:
     if kept not in mechanism.coordinates:
         raise UnknownNameError("coordinate", kept, tuple(mechanism.coordinates))
     still = all(not (tie.of_velocities or tie.of_contact) for tie in lagrange.ties)
-    letters = (letter for tie in lagrange.ties for letter in tie.demand.generators())
-    if still and any(letter.kind in (Kind.TIME, Kind.INPUT) for letter in letters):
+    if still and any(not tie.demand.kinds.isdisjoint(TIMED) for tie in lagrange.ties):
         raise DerivationError(f"mechanism {mechanism.name!r}: its loops depend on time")
     ties = independent_ties(algebra, lagrange.ties) if still and lagrange.ties else ()
     if not ties or not still or len(ties) != len(algebra.velocities) - 1:
@@ -139,18 +138,15 @@ class _Reducing:
     def __init__(self, lagrange: Lagrange, kept: str, ties: tuple[Tie, ...]) -> None:
         self.lagrange, self.kept, self.ties = lagrange, kept, ties
         self.algebra = lagrange.algebra
-        self.ring = ring = self.algebra.ring
+        self.ring = self.algebra.ring
         self.others = [name for name in self.algebra.mechanism.coordinates if name != kept]
-        taken = {generator.name for generator in ring.generators}
-        self.K = {name: self._adjoin(f"K_{name}", taken) for name in self.others}
-        self.L = {name: self._adjoin(f"L_{name}", taken) for name in self.others}
-        self.J, self.C = (self._adjoin(letter, taken, ahead=True) for letter in "JC")
+        self.K = {name: self._adjoin(f"K_{name}") for name in self.others}
+        self.L = {name: self._adjoin(f"L_{name}") for name in self.others}
+        self.J, self.C = (self._adjoin(letter, ahead=True) for letter in "JC")
 
-    def _adjoin(self, name: str, taken: set[str], *, ahead: bool = False) -> Series:
+    def _adjoin(self, name: str, *, ahead: bool = False) -> Series:
         """Adjoin a letter under an unused name, ordered after lengths or ahead of them."""
-        free = next(
-            candidate for candidate in (name, f"{name}_", f"{name}__") if candidate not in taken
-        )
+        free = self.ring.choose_name((name, f"{name}_", f"{name}__"))
         self.ring.places[free] = 0 if ahead else _AFTER_LENGTHS
         return self.ring.parameter(free)
 

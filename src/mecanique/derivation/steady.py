@@ -9,7 +9,6 @@ Systems, 1972, ch. VI).
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -32,11 +31,12 @@ from mecanique.derivation.symbolic.derivation import (
     Stage,
     along_displacement,
 )
-from mecanique.derivation.symbolic.multipliers import Column, sweep
+from mecanique.derivation.symbolic.multipliers import Column, list_alone, sweep
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.tolerances import NEAT
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
+from mecanique.program.evaluation import replay
 from mecanique.program.sweeps import push_forward
 from mecanique.program.tape import Value
 from mecanique.program.traced import values_of
@@ -207,8 +207,7 @@ class _Motion:
         self._rest = values_of([h - Q for h, Q in loads])
         self._jacobian = [values_of(row) for row in loops.jacobian]
         self._slips = values_of(loops.rate)
-        taken = {generator.name for generator in ring.generators}
-        self.speed = next(letter for letter in ("u", "U", "speed", "v_0") if letter not in taken)
+        self.speed = ring.choose_name(("u", "U", "speed", "v_0"))
         """The letter of the speed."""
         self.u = ring.parameter(self.speed)
         # what is asked for gives way last
@@ -346,37 +345,20 @@ class _Motion:
 
     def _values(self, outputs: Sequence[Value]) -> Column:
         """Return values of the tape at the motion."""
-        results: dict[int, Series] = {}
 
-        def value(operand: Value) -> Series:
-            return results[operand] if isinstance(operand, int) else self._lift(operand)
+        def read(name: str) -> Series:
+            known = self._base.get(name)
+            return self.algebra.lift(self.algebra.values[name]) if known is None else known
 
-        for place in self._tape.find_needed(outputs):
-            kind, operands, name = self._tape.operations[place]
-            if kind == "input":
-                known = self._base.get(name)
-                results[place] = (
-                    self.algebra.lift(self.algebra.values[name]) if known is None else known
-                )
-            else:
-                results[place] = tidy(
-                    (_ARITHMETIC.get(kind) or function(kind))(*map(value, operands))
-                )
-        return [value(output) for output in outputs]
+        return replay(self._tape, outputs, read, function, self._lift)
 
-    def _lift(self, number: float) -> Series:
-        """Return a number of the description, as the fraction that it stands for."""
-        near = Fraction(number).limit_denominator(_FINEST)
-        close = abs(float(near) - number) <= NEAT * abs(number)
-        return self._ring.number(near if close else Fraction(number))
-
-
-_ARITHMETIC = {
-    "+": operator.add,
-    "-": operator.sub,
-    "*": operator.mul,
-    "/": operator.truediv,
-}
+    def _lift(self, scalar: Any) -> Series:
+        """Return a number of the description as the fraction that it stands for; tidy a series."""
+        if isinstance(scalar, Series):
+            return tidy(scalar)
+        near = Fraction(scalar).limit_denominator(_FINEST)
+        close = abs(float(near) - scalar) <= NEAT * abs(scalar)
+        return self._ring.number(near if close else Fraction(scalar))
 
 
 def _entrywise(
@@ -393,9 +375,4 @@ def _mix(factors: Sequence[Series], columns: Sequence[Column]) -> Column:
 
 def _alone(basis: Sequence[Column]) -> list[int]:
     """Return the entry of each displacement that is 1 there and 0 in all others."""
-    users = [sum(map(bool, parts)) for parts in zip(*basis, strict=True)]
-
-    def place(column: Column) -> int:
-        return next(i for i, x in enumerate(column) if x == 1 and users[i] == 1)
-
-    return [place(column) for column in basis]
+    return [alone[0] for alone in list_alone(basis)]

@@ -1,8 +1,9 @@
-"""Evaluate a program in numbers, operation by operation."""
+"""Evaluate a program, operation by operation, in numbers or in scalars of another kind."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import operator
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,24 +11,43 @@ import numpy as np
 from mecanique.model.expression import numpy_function
 from mecanique.program.tape import Tape, Value
 
-_ARITHMETIC = {"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide}
+_ARITHMETIC = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
+
+
+def replay(
+    tape: Tape,
+    outputs: Sequence[Value],
+    read: Callable[[str], Any],
+    function: Callable[[str], Callable[..., Any]],
+    lift: Callable[[Any], Any] = lambda scalar: scalar,
+) -> list[Any]:
+    """Return the outputs as scalars of another kind, given its inputs and functions.
+
+    Numbers, and what operations give, become such scalars by `lift`.
+    """
+    results: dict[int, Any] = {}
+
+    def value(operand: Value) -> Any:
+        return results[operand] if isinstance(operand, int) else lift(operand)
+
+    for place in tape.find_needed(outputs):
+        kind, operands, name = tape.operations[place]
+        if kind == "input":
+            results[place] = read(name)
+        else:
+            operation = _ARITHMETIC.get(kind) or function(kind)
+            results[place] = lift(operation(*map(value, operands)))
+    return [value(output) for output in outputs]
 
 
 def evaluate(
     tape: Tape, outputs: Sequence[Value], inputs: Mapping[str, Any], states: int
 ) -> np.ndarray:
     """Return the outputs in many states, shape (states, outputs); inputs () or (states,)."""
-    results: dict[int, Any] = {}
 
-    def value(operand: Value) -> Any:
-        return results[operand] if isinstance(operand, int) else operand
+    def read(name: str) -> np.ndarray:
+        return np.asarray(inputs[name], dtype=float)
 
-    for place in tape.find_needed(outputs):
-        kind, operands, name = tape.operations[place]
-        if kind == "input":
-            results[place] = np.asarray(inputs[name], dtype=float)
-        else:
-            function = _ARITHMETIC.get(kind) or numpy_function(kind)
-            results[place] = function(*map(value, operands))
-    columns = [np.broadcast_to(value(output), (states,)) for output in outputs]
+    values = replay(tape, outputs, read, numpy_function)
+    columns = [np.broadcast_to(value, (states,)) for value in values]
     return np.stack(columns, axis=-1) if columns else np.zeros((states, 0))

@@ -6,10 +6,13 @@ Linnainmaa, BIT 16 (1976) 146). Second derivatives are sweeps of sweeps.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from typing import Any
 
 from mecanique.errors import DerivationError
 from mecanique.program.tape import Tape, Value
+from mecanique.program.traced import call, trace, value_of
 
 
 def push_forward(tape: Tape, outputs: Sequence[Value], along: Mapping[int, Value]) -> list[Value]:
@@ -33,7 +36,7 @@ def pull_back(
     needed = tape.find_needed(outputs)
     depends = set(inputs)
     for place in needed:
-        if any(value in depends for value in _operands(tape, place)):
+        if any(isinstance(x, int) and x in depends for x in tape.operations[place][1]):
             depends.add(place)
     gradient: dict[int, Value] = {}
 
@@ -65,10 +68,6 @@ def substitute(tape: Tape, outputs: Sequence[Value], known: Mapping[int, Value])
     return [value(output) for output in outputs]
 
 
-def _operands(tape: Tape, place: int) -> list[int]:
-    return [value for value in tape.operations[place][1] if isinstance(value, int)]
-
-
 def _slopes(
     tape: Tape, place: int, wanted: Mapping[int, Value] | set[int]
 ) -> Iterator[tuple[int, Value]]:
@@ -76,16 +75,13 @@ def _slopes(
     kind, values, _ = tape.operations[place]
     for k, operand in enumerate(values):
         if isinstance(operand, int) and operand in wanted:
-            yield operand, _slope(tape, kind, values, k, place)
+            yield operand, value_of(_slope(tape, kind, values, k, place))
 
 
-def _slope(tape: Tape, kind: str, values: tuple[Value, ...], k: int, place: int) -> Value:
+def _slope(tape: Tape, kind: str, values: tuple[Value, ...], k: int, place: int) -> Any:
     """Return the partial derivative of an operation by its operand number k."""
-    x, y = values[k], values[1 - k] if len(values) == 2 else 0.0
-
-    def square(value: Value) -> Value:
-        return tape.multiply(value, value)
-
+    result = trace(tape, place)
+    x, y = (trace(tape, value) for value in (values[k], values[1 - k] if values[1:] else 0.0))
     match kind:
         case "+":
             return 1.0
@@ -94,37 +90,28 @@ def _slope(tape: Tape, kind: str, values: tuple[Value, ...], k: int, place: int)
         case "*":
             return y
         case "/":
-            if k:
-                return tape.multiply(-1.0, tape.divide(place, x))
-            return tape.divide(1.0, y)
-        case "sin":
-            return tape.call("cos", x)
-        case "cos":
-            return tape.multiply(-1.0, tape.call("sin", x))
-        case "tan":
-            return tape.add(1.0, square(place))
-        case "sqrt":
-            return tape.divide(0.5, place)
-        case "exp":
-            return place
-        case "log":
-            return tape.divide(1.0, x)
-        case "asin" | "acos":
-            root = tape.call("sqrt", tape.subtract(1.0, square(x)))
-            return tape.divide(1.0 if kind == "asin" else -1.0, root)
-        case "atan":
-            return tape.divide(1.0, tape.add(1.0, square(x)))
-        case "tanh":
-            return tape.subtract(1.0, square(place))
-        case "Abs":
-            return tape.call("sign", x)
-        case "sign":
-            return 0.0
+            return -(result / x) if k else 1.0 / y
         case "atan2":
-            squares = tape.add(square(x), square(y))
-            return tape.divide(y if k == 0 else tape.multiply(-1.0, y), squares)
+            return (-y if k else y) / (x * x + y * y)
         case "pow":
-            if k:
-                return tape.multiply(place, tape.call("log", y))
-            return tape.multiply(y, tape.call("pow", x, tape.subtract(y, 1.0)))
-    raise DerivationError(f"no derivative is known for {kind!r}")
+            return result * call(tape, "log", y) if k else y * x ** (y - 1.0)
+    if kind not in SLOPES:
+        raise DerivationError(f"no derivative is known for {kind!r}")
+    return SLOPES[kind](result, x, lambda name: partial(call, tape, name))
+
+
+SLOPES: Mapping[str, Callable[[Any, Any, Callable[[str], Callable[..., Any]]], Any]] = {
+    "sin": lambda y, x, function: function("cos")(x),
+    "cos": lambda y, x, function: -function("sin")(x),
+    "tan": lambda y, x, function: 1.0 + y * y,
+    "sqrt": lambda y, x, function: 0.5 / y,
+    "exp": lambda y, x, function: y,
+    "log": lambda y, x, function: 1.0 / x,
+    "asin": lambda y, x, function: 1.0 / function("sqrt")(1.0 - x * x),
+    "acos": lambda y, x, function: -1.0 / function("sqrt")(1.0 - x * x),
+    "atan": lambda y, x, function: 1.0 / (1.0 + x * x),
+    "tanh": lambda y, x, function: 1.0 - y * y,
+    "Abs": lambda y, x, function: function("sign")(x),
+    "sign": lambda y, x, function: 0.0 * x,
+}
+"""The derivative of each function y of x, given functions by name, on scalars of any kind."""

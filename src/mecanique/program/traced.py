@@ -66,3 +66,8 @@ def value_of(scalar: Any) -> Value:
 def values_of(scalars: Iterable[Any]) -> list[Value]:
     """Return several scalars as values of their tape."""
     return [value_of(scalar) for scalar in scalars]
+
+
+def call(tape: Tape, function: str, *arguments: Any) -> Any:
+    """Return a function's value on a tape, e.g. "sqrt" of one argument."""
+    return trace(tape, tape.call(function, *map(value_of, arguments)))

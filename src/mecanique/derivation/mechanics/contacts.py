@@ -87,7 +87,6 @@ class ConstraintRow:
     """One equation of a contact or a velocity constraint."""
 
     name: str  # "contact: motion it prevents", or the name of the velocity constraint
-    block: int  # index of the contact or velocity constraint
     gap: Any  # Φ; zero where there is none
     slip: Any  # ψ, which is Φ' where there is a Φ
     slopes: list[Any]  # A, shape (nv,)
@@ -100,7 +99,7 @@ def velocity_rows(letters: Letters, recursion: TreeRecursion) -> list[Constraint
     """Return the equations of a mechanism's contacts, then of its velocity constraints."""
     mechanism, rows, world = letters.mechanism, list[ConstraintRow](), World(recursion)
     ground = recursion.ground
-    for k, contact in enumerate(mechanism.contacts):
+    for contact in mechanism.contacts:
         place, directions, gap = touch(mechanism, contact, ground)
         place_rate = letters.along(place, world.pose_rates)
         sides = [(contact.body, 1.0), (contact.on, -1.0)]
@@ -115,7 +114,6 @@ def velocity_rows(letters: Letters, recursion: TreeRecursion) -> list[Constraint
             rows.append(
                 ConstraintRow(
                     name=f"{contact.name}: {row}",
-                    block=k,
                     gap=gap if row == "normal" else 0.0,
                     slip=dot(direction, slip),
                     slopes=recursion.chart.project(slopes),
@@ -125,17 +123,13 @@ def velocity_rows(letters: Letters, recursion: TreeRecursion) -> list[Constraint
                     direction=direction,
                 )
             )
-    for k, constraint in enumerate(mechanism.velocity_constraints):
-        rows.append(_constrain(letters, constraint, len(mechanism.contacts) + k))
-    return rows
+    return [*rows, *(_constrain(letters, law) for law in mechanism.velocity_constraints)]
 
 
-def _constrain(letters: Letters, constraint: VelocityConstraint, block: int) -> ConstraintRow:
+def _constrain(letters: Letters, constraint: VelocityConstraint) -> ConstraintRow:
     entries = constraint.along(letters.mechanism.velocities)
     slopes = [letters.arithmetic(entry, letters.values) for entry in entries]
     b = letters.arithmetic(constraint.rate, letters.values)
     *turning, b_rate = letters.along([*slopes, b])
     slip, rate = dot(slopes, letters.v) - b, dot(turning, letters.v) - b_rate
-    return ConstraintRow(
-        name=constraint.name, block=block, gap=0.0, slip=slip, slopes=slopes, rate=rate
-    )
+    return ConstraintRow(constraint.name, gap=0.0, slip=slip, slopes=slopes, rate=rate)

@@ -12,8 +12,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias, final
 
-import numpy as np
-
 from mecanique.derivation.mechanics.vectors import Triple, add, apply, cross, dot, scale
 from mecanique.derivation.tree.poses import Arithmetic, Matrix, combination, origin, times_point
 from mecanique.model.constraints.cords import Belt, Cord
@@ -93,7 +91,7 @@ def ground_of(
         turn=lambda body: [row[:3] for row in pose(body)],
         tilt=lambda placement: [row[:3] for row in origin(placement, values, arithmetic)],
         scalar=number,
-        root=np.sqrt if arithmetic.function is None else arithmetic.function("sqrt"),
+        root=arithmetic.function("sqrt"),
         wave=wave,
         ratio=lambda a, b: a / b,
     )

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any, final
+from functools import cached_property, partial
+from typing import Any, Protocol, final
 
 import numpy as np
 
-from mecanique.derivation.laws import LineOfAction, Travel, laws_of
+from mecanique.derivation.laws import Travel, laws_of
 from mecanique.derivation.mechanics.letters import Letters, LetterValues
 from mecanique.derivation.mechanics.recursion import TreeRecursion
 from mecanique.derivation.mechanics.vectors import (
@@ -18,14 +18,14 @@ from mecanique.derivation.mechanics.vectors import (
     add,
     apply,
     dot,
-    position,
     scale,
     times_point,
 )
 from mecanique.errors import DerivationError
 from mecanique.model.expression import DISTANCE, Scalar
-from mecanique.model.force_base import AnyForce, BodyLoad, End, JointLoad, LineLoad
+from mecanique.model.force_base import AnyForce, BodyLoad, JointLoad, LineLoad
 from mecanique.model.joint_base import Single
+from mecanique.model.mechanism import Mechanism
 from mecanique.program.sweeps import pull_back
 from mecanique.program.traced import trace, value_of
 
@@ -59,19 +59,20 @@ class Span:
 
     def __init__(
         self,
-        reach: Sequence[Any],
+        reach: Triple,
         root: Callable[[Any], Any],
-        parting: Callable[[], Sequence[Any]] | None = None,
+        find_rate: Callable[[Span], Any] | None = None,
+        ratio: Callable[[Any, Any], Any] | None = None,
     ) -> None:
         self.reach = reach
-        self._root, self._parting = root, parting
+        self._root, self._find_rate, self._ratio = root, find_rate, ratio
 
     @property
     def values(self) -> dict[str, Any]:
         """The distance, by the name that potentials call it."""
         return {DISTANCE: self.x}
 
-    @property
+    @cached_property
     def square(self) -> Any:
         """The squared distance."""
         return dot(self.reach, self.reach)
@@ -81,6 +82,11 @@ class Span:
         """The distance."""
         return self._root(self.square)
 
+    @property
+    def length(self) -> Any | None:
+        """The distance, if a law has needed it."""
+        return vars(self).get("x")
+
     @cached_property
     def unit(self) -> Triple:
         """The direction; zero where the ends meet, if they may."""
@@ -89,13 +95,13 @@ class Span:
             length = np.where(length > 0, length, np.inf)
         if isinstance(self.reach, np.ndarray):
             return self.reach / length
-        return [c / length for c in self.reach]
+        return [self._ratio(c, length) if self._ratio else c / length for c in self.reach]
 
     @cached_property
     def rate(self) -> Any:
         """The rate of the distance."""
-        assert self._parting is not None, "energies need no rates"
-        return dot(self.unit, self._parting())
+        assert self._find_rate is not None, "energies need no rates"
+        return self._find_rate(self)
 
     def direct(self, slope: Any | None, size: Any | None) -> Triple:
         """Return (slope · x + size) e."""
@@ -107,23 +113,106 @@ class Span:
         return total
 
 
+class Bodies(Protocol):
+    """The bodies of a mechanism, as the laws of forces need them, in scalars of any kind."""
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """Whose bodies they are."""
+
+    def number(self, scalar: Any, given: Mapping[str, Any] | None = None) -> Any:
+        """Convert a scalar of the description; values of more letters may be given."""
+
+    def components(self, given: Sequence[Scalar]) -> Triple:
+        """Convert components of the description."""
+
+    def point(self, body: str, place: Sequence[Scalar]) -> Triple:
+        """Return a point of a body in the world."""
+
+    def in_world(self, components: Sequence[Scalar], axes: str) -> Triple:
+        """Return a vector, given in the axes of a body or the "world", in the world's."""
+
+    def span(self, force: LineLoad) -> Span:
+        """Return the line between the ends of a force."""
+
+    def travel(self, joint: str) -> Travel:
+        """Return the coordinate of a joint, which a force acts along."""
+
+
+def line_of_action(force: LineLoad | JointLoad, bodies: Bodies) -> Span | Travel:
+    """Return the line that a force acts along, or its joint's coordinate."""
+    return bodies.span(force) if isinstance(force, LineLoad) else bodies.travel(force.joints[0])
+
+
+def actions_of(force: AnyForce, bodies: Bodies) -> list[AppliedWrench]:
+    """Return the actions of a force: on body a or the child, then on body b or the parent."""
+    match force:
+        case LineLoad():
+            span, (a, b) = bodies.span(force), force.ends
+            pull = add(*(law.pull(span) for law in laws_of(force, bodies.number)))
+            first, second = (
+                AppliedWrench(
+                    force.name,
+                    force.kind,
+                    end.body,
+                    bodies.point(end.body, end.point),
+                    pull,
+                    NOTHING,
+                    bodies.components(end.point),
+                )
+                for end in (a, b)
+            )
+            return [first, second.opposite(b.body)]
+        case JointLoad():
+            return [action for joint in force.joints for action in _twist(force, joint, bodies)]
+        case BodyLoad():
+            wrench = force.wrench
+            pull, turn = (
+                NOTHING if part is None else bodies.in_world(part, wrench.axes)
+                for part in (wrench.force, wrench.torque)
+            )
+            at, point = bodies.point(wrench.body, wrench.point), bodies.components(wrench.point)
+            return [AppliedWrench(force.name, force.kind, wrench.body, at, pull, turn, point)]
+    kind = type(force).__name__
+    raise DerivationError(f"no program is known for force {force.name!r}, a {kind}")
+
+
+def _twist(force: JointLoad, name: str, bodies: Bodies) -> list[AppliedWrench]:
+    joint = bodies.mechanism.joint(name)
+    if not isinstance(joint, Single):
+        raise DerivationError(f"force {force.name!r} acts in a joint of several coordinates")
+    along_axis = scale(_push(force, name, bodies), bodies.in_world(joint.axis, joint.child))
+    pair = (NOTHING, along_axis) if joint.turns else (along_axis, NOTHING)
+    origin = bodies.point(joint.child, (0.0, 0.0, 0.0))
+    one = AppliedWrench(force.name, force.kind, joint.child, origin, *pair)
+    return [one, one.opposite(joint.parent)]
+
+
+def _push(force: JointLoad, joint: str, bodies: Bodies) -> Any:
+    """Return the force or moment on a joint's child, along the joint."""
+    travel, size = bodies.travel(joint), 0.0
+    for law in laws_of(force, bodies.number):
+        size = size - law.pull(travel)
+    return size
+
+
 @final
 class Forces:
-    """The forces of a mechanism."""
+    """The forces of a mechanism on its tree."""
 
     def __init__(self, letters: LetterValues, recursion: TreeRecursion) -> None:
+        self.mechanism = letters.mechanism
         self._letters = letters
         self._recursion = recursion
 
     @cached_property
     def _column(self) -> dict[str, int]:
         """The last joint velocity of each joint, by the joint's name."""
-        letters = self._letters
         columns: dict[str, int] = {}
-        for joint in letters.mechanism.tree:
+        for joint in self.mechanism.tree:
             for name in joint.velocities:
                 columns[name] = len(columns)
-        moving = [joint for joint in letters.mechanism.tree if joint.velocities]
+        moving = [joint for joint in self.mechanism.tree if joint.velocities]
         return {joint.name: columns[joint.velocities[-1]] for joint in moving}
 
     def project(self) -> list[Any]:
@@ -150,126 +239,72 @@ class Forces:
     def pushes_in_joints(self) -> dict[int, Any]:
         """Return the sum of what springs, dampers and drives do along each joint velocity."""
         pushes: dict[int, Any] = {}
-        for force in self._letters.mechanism.forces:
+        for force in self.mechanism.forces:
             if isinstance(force, JointLoad):
                 for joint in force.joints:
                     k = self._column[joint]
-                    pushes[k] = pushes.get(k, 0.0) + self._push_joint(force, joint)
+                    pushes[k] = pushes.get(k, 0.0) + _push(force, joint, self)
         return pushes
 
     def at_points(self) -> list[AppliedWrench]:
         """Return the actions of all forces but those in joints, each at a point of its body."""
-        forces = self._letters.mechanism.forces
-        return [a for force in forces if not isinstance(force, JointLoad) for a in self.of(force)]
+        forces = [force for force in self.mechanism.forces if not isinstance(force, JointLoad)]
+        return [action for force in forces for action in actions_of(force, self)]
 
     def energy(self) -> Any:
         """Return the springs' energy."""
         total: Any = 0.0
-        for force in self._letters.mechanism.forces:
+        for force in self.mechanism.forces:
             if not force.conservative or isinstance(force, BodyLoad):
                 continue
-            path: LineOfAction = (
-                self._span(force)
-                if isinstance(force, LineLoad)
-                else self._travel(force, force.joints[0])
-            )
-            for law in laws_of(force, self._number):
+            along = line_of_action(force, self)
+            for law in laws_of(force, self.number):
                 if law.kind == "potential":
-                    total = total + law.scalar(path)
+                    total = total + law.scalar(along)
         return total
 
     def on_bodies(self) -> list[AppliedWrench]:
         """Return each force's actions: on body a or the child, then on body b or the parent."""
-        return [action for force in self._letters.mechanism.forces for action in self.of(force)]
+        return [action for force in self.mechanism.forces for action in actions_of(force, self)]
 
-    def of(self, force: AnyForce) -> list[AppliedWrench]:
-        """Return the actions of one force."""
-        match force:
-            case LineLoad():
-                return self._pull(force)
-            case JointLoad():
-                return [action for joint in force.joints for action in self._twist(force, joint)]
-            case BodyLoad():
-                return [self._push(force)]
-        kind = type(force).__name__
-        raise DerivationError(f"no program is known for force {force.name!r}, a {kind}")
-
-    def _pull(self, force: LineLoad) -> list[AppliedWrench]:
-        span, (a, b) = self._span(force), force.ends
-        pull = add(*(law.pull(span) for law in laws_of(force, self._number)))
-        start, end = self._vector(a.point), self._vector(b.point)
-        one = AppliedWrench(force.name, force.kind, a.body, self._locate(a), pull, NOTHING, start)
-        other = one.opposite(b.body)
-        return [one, replace(other, origin=self._locate(b), point=end)]
-
-    def _twist(self, force: JointLoad, name: str) -> list[AppliedWrench]:
-        joint = self._letters.mechanism.joint(name)
-        if not isinstance(joint, Single):
-            raise DerivationError(f"force {force.name!r} acts in a joint of several coordinates")
-        pose = self._recursion.pose(joint.child)
-        axis = self._letters.vector(joint.axis)
-        along_axis = scale(self._push_joint(force, name), apply(pose, axis))
-        pair = (NOTHING, along_axis) if joint.turns else (along_axis, NOTHING)
-        one = AppliedWrench(force.name, force.kind, joint.child, position(pose), *pair)
-        return [one, one.opposite(joint.parent)]
-
-    def _push_joint(self, force: JointLoad, joint: str) -> Any:
-        """Return the force or moment on a joint's child, along the joint."""
-        size: Any = 0.0
-        travel = self._travel(force, joint)
-        for law in laws_of(force, self._number):
-            size = size - law.pull(travel)
-        return size
-
-    def _travel(self, force: JointLoad, joint: str) -> Travel:
-        chart, mechanism = self._recursion.chart, self._letters.mechanism
-        name = mechanism.joint(joint).coordinates[-1]
-        return Travel(chart.r[name], chart.u[self._column[joint]], name)
-
-    def _push(self, force: BodyLoad) -> AppliedWrench:
-        wrench, pull, turn = force.wrench, NOTHING, NOTHING
-        if wrench.force is not None:
-            pull = self._in_world(force, wrench.force)
-        if wrench.torque is not None:
-            turn = self._in_world(force, wrench.torque)
-        place = self._vector(wrench.point)
-        at = times_point(self._recursion.pose(wrench.body), place)
-        return AppliedWrench(force.name, force.kind, wrench.body, at, pull, turn, place)
-
-    def _in_world(self, force: BodyLoad, components: Sequence[Scalar]) -> Triple:
-        """Return a load's components along the axes of the world."""
-        vector = self._vector(components)
-        if force.wrench.axes == "world":
-            return vector
-        return apply(self._recursion.pose(force.wrench.axes), vector)
-
-    def _vector(self, components: Sequence[Scalar]) -> Triple:
-        return self._letters.vector([self._number(c) for c in components])
-
-    def _number(self, scalar: Any, given: Mapping[str, Any] | None = None) -> Any:
+    def number(self, scalar: Any, given: Mapping[str, Any] | None = None) -> Any:
+        """Convert a scalar of the description; values of more letters may be given."""
         r = self._recursion.chart.r
         return self._letters.number(scalar, {**r, **given} if given else r)
 
-    def _span(self, force: LineLoad) -> Span:
-        a, b = (self._locate(end) for end in force.ends)
-        reach = add(b, scale(-1.0, a))
+    def components(self, given: Sequence[Scalar]) -> Triple:
+        """Convert components of the description."""
+        return self._letters.vector([self.number(c) for c in given])
 
-        def parting() -> Triple:
-            if isinstance(self._letters, Letters):
-                return self._letters.along(reach)
-            before, after = (
-                self._recursion.velocity(end.body, self._vector(end.point)) for end in force.ends
-            )
-            return add(after, scale(-1.0, before))
-
-        return Span(reach, self._root, parting)
-
-    def _root(self, square: Any) -> Any:
-        return self._letters.call("sqrt", square)
-
-    def _locate(self, end: End) -> Triple:
+    def point(self, body: str, place: Sequence[Scalar]) -> Triple:
         """Return a point of a body in the world."""
-        return times_point(self._recursion.pose(end.body), self._vector(end.point))
+        return times_point(self._recursion.pose(body), self.components(place))
+
+    def in_world(self, components: Sequence[Scalar], axes: str) -> Triple:
+        """Return a vector, given in the axes of a body or the "world", in the world's."""
+        vector = self.components(components)
+        return vector if axes == "world" else apply(self._recursion.pose(axes), vector)
+
+    def travel(self, joint: str) -> Travel:
+        """Return the coordinate of a joint, which a force acts along."""
+        chart = self._recursion.chart
+        name = self.mechanism.joint(joint).coordinates[-1]
+        return Travel(chart.r[name], chart.u[self._column[joint]], name)
+
+    def span(self, force: LineLoad) -> Span:
+        """Return the line between the ends of a force."""
+        a, b = (self.point(end.body, end.point) for end in force.ends)
+
+        def find_rate(span: Span) -> Any:
+            if isinstance(self._letters, Letters):
+                return dot(span.unit, self._letters.along(span.reach))
+            before, after = (
+                self._recursion.velocity(end.body, self.components(end.point)) for end in force.ends
+            )
+            return dot(span.unit, add(after, scale(-1.0, before)))
+
+        root = partial(self._letters.call, "sqrt")
+        return Span(add(b, scale(-1.0, a)), root, find_rate)
 
 
 def on_velocities(letters: Letters, moved: Sequence[Any], weights: Sequence[Any]) -> list[Any]:

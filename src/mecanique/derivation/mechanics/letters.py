@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Collection, Mapping, Sequence
+from functools import cached_property, partial
 from math import inf
 from typing import Any, NamedTuple, Protocol, final
 
-from mecanique.derivation.tree.poses import Arithmetic, quaternion_rotation
+from mecanique.derivation.tree.poses import (
+    Arithmetic,
+    combination,
+    quaternion_product,
+    quaternion_rotation,
+)
 from mecanique.errors import DerivationError
 from mecanique.model.expression import Scalar, symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.program.sweeps import push_forward
 from mecanique.program.tape import Tape, Value
-from mecanique.program.traced import trace, value_of, values_of
+from mecanique.program.traced import call, trace, values_of
 
 
 class DrivenPath(NamedTuple):
@@ -58,7 +63,7 @@ class Letters:
         mechanism.refuse_switching("programs are written for one mode alone")
         self.mechanism = mechanism
         self.tape = Tape(most=most)
-        self.arithmetic = arithmetic_on(self.tape)
+        self.arithmetic = Arithmetic(lambda name: partial(call, self.tape, name))
         self.t = self._input("t")
         self.q = [self._input(name) for name in mechanism.coordinates]
         self.v = [self._input(name) for name in mechanism.velocities]
@@ -110,17 +115,13 @@ class Letters:
         for joint in self.mechanism.joints:
             if not joint.quaternion:
                 continue
-            *position, px, py, pz, pw = joint.coordinates
-            x, y, z, w = (values[name] for name in (px, py, pz, pw))
-            a, b, c = (values[name] for name in joint.angular_velocities)
-            rates_of[px] = (w * a + y * c - z * b) * 0.5
-            rates_of[py] = (w * b + z * a - x * c) * 0.5
-            rates_of[pz] = (w * c + x * b - y * a) * 0.5
-            rates_of[pw] = (x * a + y * b + z * c) * -0.5
-            turn = quaternion_rotation(x, y, z, w)
+            p = [values[name] for name in joint.quaternion]
+            omega = [values[name] for name in joint.angular_velocities]
+            halves = [part * 0.5 for part in quaternion_product(p, omega)]
+            rates_of |= zip(joint.quaternion, halves, strict=True)
             velocity = [values[name] for name in joint.linear_velocities]
-            for name, row in zip(position, turn, strict=False):
-                rates_of[name] = sum((r * u for r, u in zip(row, velocity, strict=True)), 0.0)
+            for name, row in zip(joint.linear_coordinates, quaternion_rotation(*p), strict=False):
+                rates_of[name] = combination(row, velocity)
         return [
             rates_of[name] if name in rates_of else values[f"{name}'"]
             for name in self.mechanism.coordinates
@@ -132,7 +133,7 @@ class Letters:
 
     def call(self, function: str, *arguments: Any) -> Any:
         """Return a function's value on the tape, e.g. "sqrt" of one argument."""
-        return trace(self.tape, self.tape.call(function, *map(value_of, arguments)))
+        return call(self.tape, function, *arguments)
 
     def vector(self, components: Sequence[Any]) -> list[Any]:
         """Return scalars as a list."""
@@ -165,12 +166,3 @@ class Letters:
 
     def _input(self, name: str) -> Any:
         return trace(self.tape, self.tape.input(name))
-
-
-def arithmetic_on(tape: Tape) -> Arithmetic:
-    """Return the arithmetic of poses and expressions on a tape."""
-
-    def function(name: str) -> Callable[..., Any]:
-        return lambda *a: trace(tape, tape.call(name, *map(value_of, a)))
-
-    return Arithmetic(function)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, final
+from typing import Any, NamedTuple, final
 
 from mecanique.derivation.mechanics.contacts import ConstraintRow, velocity_rows
 from mecanique.derivation.mechanics.elements import Ground
@@ -15,6 +15,7 @@ from mecanique.derivation.mechanics.recursion import TreeRecursion
 from mecanique.derivation.mechanics.vectors import Rows, add, dot, scale
 from mecanique.errors import DerivationError
 from mecanique.model.constraints.loops import CLOSED, Loop
+from mecanique.model.mechanism import Mechanism
 
 
 @final
@@ -41,25 +42,46 @@ class Loops:
         return [*rows, *(row.slopes for row in self.velocity_rows)]
 
 
+class RowLabel(NamedTuple):
+    """What an equation is called."""
+
+    name: (
+        str  # "loop: motion it closes", "contact: motion it prevents" or the velocity constraint's
+    )
+    block: int  # number of its block: the lengths of a loop, its angles, a contact, a constraint
+    long: bool  # whether it is measured in lengths
+
+
+def label_rows(mechanism: Mechanism) -> list[RowLabel]:
+    """Return what the equations of loops, contacts and velocity constraints are called."""
+    labels: list[RowLabel] = []
+    for k, loop in enumerate(mechanism.loops):
+        for row in CLOSED[loop.kind]:
+            turns = row.startswith("r")
+            labels.append(RowLabel(f"{loop.name}: {row}", 2 * k + turns, not turns))
+    first = 2 * len(mechanism.loops)
+    for k, contact in enumerate(mechanism.contacts, first):
+        labels += [RowLabel(f"{contact.name}: {row}", k, True) for row in contact.rows]
+    for k, law in enumerate(mechanism.velocity_constraints, first + len(mechanism.contacts)):
+        labels.append(RowLabel(law.name, k, False))
+    return labels
+
+
 def loops_of(letters: Letters, recursion: TreeRecursion) -> Loops:
     """Return the equations of a mechanism's loops, contacts and velocity constraints."""
-    names: list[str] = []
-    blocks: list[int] = []
 
     def angle(y: Any, x: Any) -> Any:
         return letters.call("atan2", y, x)
 
     residual: list[Any] = []
-    for k, loop in enumerate(letters.mechanism.loops):
-        names += [f"{loop.name}: {row}" for row in CLOSED[loop.kind]]
-        blocks += [2 * k + row.startswith("r") for row in CLOSED[loop.kind]]
+    for loop in letters.mechanism.loops:
         residual += closure(loop, recursion.ground, angle)
     rate = letters.along(residual)
-    rows = velocity_rows(letters, recursion)
+    rows, labels = velocity_rows(letters, recursion), label_rows(letters.mechanism)
     return Loops(
         letters=letters,
-        names=(*names, *(row.name for row in rows)),
-        blocks=(*blocks, *(2 * len(letters.mechanism.loops) + row.block for row in rows)),
+        names=tuple(label.name for label in labels),
+        blocks=tuple(label.block for label in labels),
         residual=[*residual, *(row.gap for row in rows)],
         rate=[*rate, *(row.slip for row in rows)],
         gamma=[*letters.along(rate), *(row.rate for row in rows)],

@@ -11,7 +11,7 @@ Identification and Control of Robots, 2002, sect. 9.5).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias, final
 
@@ -50,7 +50,7 @@ from mecanique.derivation.mechanics.vectors import (
     zeros,
 )
 from mecanique.derivation.tolerances import WHOLE
-from mecanique.derivation.tree.links import Link, links, place_of
+from mecanique.derivation.tree.links import Link, links, place_of, unit_motions
 from mecanique.derivation.tree.poses import (
     IDENTITY,
     Arithmetic,
@@ -125,19 +125,22 @@ class MassMoments:
 MASSLESS = MassMoments(0.0, STILL, [STILL, STILL, STILL])
 """The inertia of a link without bodies."""
 
-_AXES = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0])
-
 
 @final
 @dataclass(frozen=True)
 class Moving:
-    """A moving link: its pose in its parent's axes, and its unit motions in its own."""
+    """A moving link of a tree, with its unit motions in its own axes; fixed links belong to it."""
 
-    parent: int
-    pose: Rows
-    angular: dict[int, Triple]
-    linear: dict[int, Triple]
-    armature: Any
+    link: Link  # its elementary motion
+    parent: int  # index of its parent among the moving links, −1 for the ground
+    stand: Rows  # pose of the frame in which it moves, in its parent's axes
+    linear: dict[int, Triple]  # its unit slides, by index of the joint velocity
+    angular: dict[int, Triple]  # the same of its turns
+    armature: Any  # inertia of its rotor
+    # how its pose on arrays depends on the joint's motion: the constant part, then the factor of x
+    # in a slide, of sine and cosine in a turn
+    path: Sequence[np.ndarray] = ()
+    pose: Rows = ()  # in its parent's axes, at the states of a recursion
 
     @property
     def columns(self) -> list[int]:
@@ -149,12 +152,11 @@ class Moving:
         if getattr(force, "ndim", 0) < 3 and getattr(moment, "ndim", 0) < 3:
             return self
         wide = (slice(None), None)
-        return Moving(
-            parent=self.parent,
+        return replace(
+            self,
             pose=self.pose[:, :, None],
             angular={k: axis[wide] for k, axis in self.angular.items()},
             linear={k: axis[wide] for k, axis in self.linear.items()},
-            armature=self.armature,
         )
 
     def relative(self, rates: Sequence[Any]) -> tuple[Triple, Triple]:
@@ -182,19 +184,11 @@ class Moving:
 class Skeleton:
     """A tree's moving links, the same in every state; fixed links belong to their parents."""
 
-    links: list[Link]  # the elementary motion of each moving link
-    parents: list[int]  # index of each one's parent among the moving links, −1 for the ground
-    stands: list[Rows]  # pose of each one's frame, in which it moves, in its parent's axes
-    angular: list[dict[int, Triple]]  # unit motions of each one, by index of the joint velocity
-    linear: list[dict[int, Triple]]  # the same of its slides
-    armatures: list[Any]  # inertia of each one's rotor
+    moving: list[Moving]  # each after its parent
     inertias: list[MassMoments]  # inertia of each one with all that is fixed to it
     seats: list[Seat]  # the frame of each elementary link of the tree, moving or not
     bodies: dict[str, Seat]  # the frame of each body
     gravity: Triple  # acceleration of gravity
-    # how a pose on arrays depends on the joint's motion, by index: its constant part, then the
-    # factor of x in a slide, of sine and cosine in a turn
-    paths: dict[int, list[np.ndarray]]
 
 
 class Numbers(NamedTuple):
@@ -213,21 +207,27 @@ def skeleton_of(mechanism: Mechanism, tree: Sequence[Link], numbers: Numbers) ->
     """Return the moving links of a tree."""
     ground = Seat(-1, numbers.identity)
     seats: list[Seat] = []
-    moving: list[int] = []
-    parents: list[int] = []
-    stands: list[Rows] = []
-    for k, (link, place) in enumerate(zip(tree, numbers.origins, strict=True)):
+    moving: list[Moving] = []
+    column = 0
+    for k, (link, pose) in enumerate(zip(tree, numbers.origins, strict=True)):
         before = seats[link.parent] if link.parent >= 0 else ground
-        pose = place
         if before.pose is not numbers.identity:
-            pose = _clean(product(before.pose, place))
+            pose = _clean(product(before.pose, pose))
         if link.kind == "fixed":
             seats.append(Seat(before.place, pose))
-        else:
-            moving.append(k)
-            parents.append(before.place)
-            stands.append(pose)
-            seats.append(Seat(len(moving) - 1, numbers.identity))
+            continue
+        turn = numbers.turns.get(k)
+        motions: tuple[dict[int, Triple], dict[int, Triple]] = {}, {}
+        for both in unit_motions(link):
+            for axes, axis in zip(motions, both, strict=True):
+                if any(axis):
+                    own = numbers.axis(axis)
+                    axes[column] = own if turn is None else apply(turn, own)
+            column += 1
+        path = _path(link, pose, turn)
+        armature = numbers.armatures[k]
+        moving.append(Moving(link, before.place, pose, *motions, armature, path))
+        seats.append(Seat(len(moving) - 1, numbers.identity))
     inertias = [MASSLESS for _ in moving]
     for k, J in numbers.moments.items():
         seat = seats[k]
@@ -239,39 +239,14 @@ def skeleton_of(mechanism: Mechanism, tree: Sequence[Link], numbers: Numbers) ->
         if seat.pose is not numbers.identity or not isinstance(J, np.ndarray):
             body = body.seen_from(seat.pose)
         inertias[seat.place] = inertias[seat.place] + body
-    angular: list[dict[int, Triple]] = []
-    linear: list[dict[int, Triple]] = []
-    column = 0
-    for k in moving:
-        turn = numbers.turns.get(k)
-        for motions, kept in zip(_motions(tree[k], column), (angular, linear), strict=True):
-            axes = {u: numbers.axis(axis) for u, axis in motions.items()}
-            if turn is not None:
-                axes = {u: apply(turn, axis) for u, axis in axes.items()}
-            kept.append(axes)
-        column += len(tree[k].velocities)
     bodies = {body: seats[k] for body, k in place_of(tuple(tree), mechanism).items() if k >= 0}
-    return Skeleton(
-        links=[tree[k] for k in moving],
-        parents=parents,
-        stands=stands,
-        angular=angular,
-        linear=linear,
-        armatures=[numbers.armatures[k] for k in moving],
-        inertias=inertias,
-        seats=seats,
-        bodies={mechanism.ground: ground, **bodies},
-        gravity=numbers.gravity,
-        paths={
-            place: _path(tree[k], stand, numbers.turns.get(k))
-            for place, (k, stand) in enumerate(zip(moving, stands, strict=True))
-            if isinstance(stand, np.ndarray) and tree[k].kind in ("turn", "slide")
-        },
-    )
+    return Skeleton(moving, inertias, seats, {mechanism.ground: ground, **bodies}, numbers.gravity)
 
 
-def _path(link: Link, stand: np.ndarray, turn: np.ndarray | None) -> list[np.ndarray]:
+def _path(link: Link, stand: Rows, turn: np.ndarray | None) -> list[np.ndarray]:
     """Return the constant part of a link's pose, and its derivatives by x or by sine and cosine."""
+    if not isinstance(stand, np.ndarray) or link.kind not in ("turn", "slide"):
+        return []
     # The law of a turn is linear in sine and cosine, so three values of it give its coefficients
     floats, name = Arithmetic(), "".join(link.coordinates)
     if link.kind == "slide":
@@ -314,16 +289,15 @@ def _regroup(tree: Skeleton) -> None:
     # A turn about its axis n does not change a body's m, h·n and n·E n, nor a slide its E; with
     # these moved to the parent, most bodies have no mass of their own and take fewer operations (M.
     # Gautier & W. Khalil, IEEE Trans. Robotics and Automation 6 (1990) 368).
-    for place in range(len(tree.links) - 1, -1, -1):
-        body, stand, parent = tree.inertias[place], tree.stands[place], tree.parents[place]
-        angular, linear = tree.angular[place], tree.linear[place]
-        if parent < 0 or len(angular) + len(linear) != 1 or not body.is_number:
+    for place, link in reversed([*enumerate(tree.moving)]):
+        body, stand, parent = tree.inertias[place], link.stand, link.parent
+        if parent < 0 or len(link.columns) != 1 or not body.is_number:
             continue
-        if linear:
+        if link.linear:
             moved = MassMoments(0.0, STILL, body.E)
             stand = [[*row[:3], 0.0] for row in stand]
         else:
-            (n,) = angular.values()
+            (n,) = link.angular.values()
             second = dot(n, apply(body.E, n))
             moved = MassMoments(body.m, scale(dot(n, body.h), n), [scale(second * c, n) for c in n])
         carried = moved.seen_from(stand)
@@ -352,33 +326,19 @@ class TreeRecursion:
     @cached_property
     def links(self) -> list[Moving]:
         """The moving links, each after its parent."""
-        tree = self.skeleton
-        moving: list[Moving] = []
-        for place, link in enumerate(tree.links):
-            moving.append(
-                Moving(
-                    parent=tree.parents[place],
-                    pose=self._local(link, place),
-                    angular=tree.angular[place],
-                    linear=tree.linear[place],
-                    armature=tree.armatures[place],
-                )
-            )
-        return moving
+        return [replace(link, pose=self._local(link)) for link in self.skeleton.moving]
 
-    def _local(self, link: Link, place: int) -> Rows:
+    def _local(self, moving: Moving) -> Rows:
         """Return the pose of a link in its parent's axes."""
-        tree, chart = self.skeleton, self.chart
-        paths = tree.paths.get(place)
-        if paths is None:
+        chart, link = self.chart, moving.link
+        if not moving.path:
             moved: Rows = local(link, chart.r, self.letters.arithmetic)
-            if isinstance(tree.stands[place], np.ndarray):
+            if isinstance(moving.stand, np.ndarray):
                 moved = as_array(moved, len(chart.u[0]))
-            return product(tree.stands[place], moved)
-        constant, *slopes = paths
+            return product(moving.stand, moved)
+        pose, *slopes = moving.path
         x = chart.r[link.coordinates[0]]
         factors = [x] if link.kind == "slide" else [np.sin(x), np.cos(x)]
-        pose = constant
         for factor, slope in zip(factors, slopes, strict=True):
             pose = pose + factor * slope
         return pose
@@ -551,7 +511,7 @@ class TreeRecursion:
 
     def parent(self, place: int) -> int:
         """Return the index of a link's parent, −1 for the ground."""
-        return self.skeleton.parents[place]
+        return self.skeleton.moving[place].parent
 
     def link_pose(self, place: int) -> Rows:
         """Return the pose of a link, or of the ground, in the world."""
@@ -594,22 +554,6 @@ def recursion_on_tape(letters: Letters) -> TreeRecursion:
     mechanism = letters.mechanism
     chart = CoordinateMap(mechanism, links(mechanism)).at(letters)
     return TreeRecursion(letters, skeleton_on_tape(letters), chart)
-
-
-def _motions(link: Link, first: int) -> tuple[dict[int, Triple], dict[int, Triple]]:
-    """Return the unit motions of a link, angular and linear, by velocity index."""
-    axis = [float(c) for c in link.axis]
-    match link.kind:
-        case "turn":
-            return {first: axis}, {}
-        case "slide":
-            return {}, {first: axis}
-        case "ball":
-            return {first + k: list(e) for k, e in enumerate(_AXES)}, {}
-    return (
-        {first + 3 + k: list(e) for k, e in enumerate(_AXES)},
-        {first + k: list(e) for k, e in enumerate(_AXES)},
-    )
 
 
 def _momentum(

@@ -15,52 +15,25 @@ the path along which they act.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from functools import cached_property
 from typing import Any, final
 
 import numpy as np
 
-from mecanique.derivation.laws import Number, laws_of
+from mecanique.derivation.laws import Law, Travel, laws_of
+from mecanique.derivation.mechanics.forces import Span
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.paths import JETS, constant_jet, delay, joint_paths, stack_jets
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tree.links import Link, links, motions, moving, place_of
 from mecanique.derivation.tree.poses import Arithmetic, local, moments, placement_matrix, stack
-from mecanique.model.expression import DISTANCE, Scalar, evaluate
+from mecanique.model.expression import Scalar, evaluate
 from mecanique.model.force_base import BodyLoad, JointLoad, LineLoad, WrenchOnBody
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
 _LARGE = 2.0**40
 """Size of the accelerations that give M; large, so that prescribed motions are lost in rounding."""
-
-
-@final
-class _Along:
-    """The line that a force acts along: a distance, given by its square, or a joint coordinate."""
-
-    def __init__(self, square: Jet, name: str = DISTANCE, r: Mapping[str, Jet] | None = None):
-        self.square = square
-        self.name = name
-        self._coordinates = r
-
-    @cached_property
-    def x(self) -> Jet:
-        return self.values[self.name]
-
-    @cached_property
-    def values(self) -> Mapping[str, Jet]:
-        r = self._coordinates
-        return {DISTANCE: self.square.sqrt()} if r is None else r
-
-    @property
-    def rate(self) -> np.ndarray:
-        return np.asarray(self.x.c[1, 0])
-
-    def direct(self, slope: Any | None, size: Any | None) -> Any:
-        pull = 0.0 if slope is None else slope * self.x.c[0, 0]
-        return pull if size is None else pull + size
 
 
 @final
@@ -101,17 +74,16 @@ class LagrangeOnJets(BatchDynamics):
         """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv)."""
         r, H = self.motion(states, np.zeros_like(states.v))
         Q = np.zeros((self._mechanism.nv, len(states)))
-        number = self._number(states)
         for force in self._mechanism.forces:
             if isinstance(force, BodyLoad):
                 Q = Q + self._work(force.wrench, H, states)
-                continue
-            along = self._along(force, r, H)
-            for law in laws_of(force, number):
-                if law.kind == "potential":
-                    Q = Q - law.scalar(along).c[0, 1:]
-                else:
-                    Q = Q - law.pull(along) * along.x.c[0, 1:]
+        for law, along in self._laws(r, H, states):
+            if law.kind == "potential":
+                Q = Q - law.scalar(along).c[0, 1:]
+            else:
+                x = along.x.c
+                pull = law.pull(Travel(x[0, 0], x[1, 0], along.name, along.values))
+                Q = Q - pull * x[0, 1:]
         return np.asarray(Q.T)
 
     def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
@@ -153,8 +125,9 @@ class LagrangeOnJets(BatchDynamics):
         T, V = np.zeros(len(states)), np.zeros(len(states))
         for term in self._kinetic(r, H):
             T = T + term.c[0, 0]
-        for term in self._spring_energies(r, H, states):
-            V = V + term.c[0, 0]
+        for law, along in self._laws(r, H, states):
+            if law.kind == "potential":
+                V = V + law.scalar(along).c[0, 0]
         for place, J in self._bodies:
             V = V - H[place].c[0, 0][:, :3, :] @ J[:, 3] @ self._gravity
         return T, V
@@ -197,7 +170,7 @@ class LagrangeOnJets(BatchDynamics):
         """The jet A (1 + V ε + ½ (V² + V') ε²) of a free joint's pose, with the variation A S η."""
         A = stack(local(link, states.values, Arithmetic()), len(states))
         at = [self._mechanism.velocities.index(name) for name in link.velocities]
-        S = np.stack(motions(link))
+        S = motions(link)
         V, Vd = (np.einsum("nk,kij->nij", rates[:, at], S) for rates in (states.v, a))
         c = np.zeros((3, 1 + self._mechanism.nv, len(states), 4, 4))
         c[0, 0], c[1, 0], c[2, 0] = A, A @ V, A @ (V @ V + Vd) / 2
@@ -218,28 +191,28 @@ class LagrangeOnJets(BatchDynamics):
                 spin = vary(r[link.coordinates[0]]).ddt()
                 yield spin * spin * (0.5 * inertia)
 
-    def _spring_energies(self, r: dict[str, Jet], H: list[Jet], states: States) -> Iterator[Jet]:
-        for force in self._mechanism.forces:
-            if force.conservative and not isinstance(force, BodyLoad):
-                along = self._along(force, r, H)
-                for law in laws_of(force, self._number(states)):
-                    if law.kind == "potential":
-                        yield law.scalar(along)
+    def _laws(
+        self, r: dict[str, Jet], H: list[Jet], states: States
+    ) -> Iterator[tuple[Law, Span | Travel]]:
+        """Yield the laws of springs, dampers and drives, each with the line that it acts along."""
 
-    def _number(self, states: States) -> Number:
         def number(scalar: Scalar, given: Mapping[str, Any] | None = None, /) -> Any:
             values = {**states.values, **given} if given else states.values
             return evaluate(scalar, values, function=function)
 
-        return number
-
-    def _along(self, force: LineLoad | JointLoad, r: dict[str, Jet], H: list[Jet]) -> _Along:
-        if isinstance(force, JointLoad):
-            name = self._link[force.joints[0]].coordinates[0]
-            return _Along(r[name] * r[name], name, r)
-        a, b = (self._locate(end.body, end.point, H) for end in force.ends)
-        reach = b - a
-        return _Along(Jet((reach * reach).c.sum(axis=(-2, -1))))
+        for force in self._mechanism.forces:
+            along: Span | Travel
+            if isinstance(force, LineLoad):
+                a, b = (self._locate(end.body, end.point, H) for end in force.ends)
+                reach = b - a
+                along = Span([reach[..., k, 0] for k in range(3)], Jet.sqrt)
+            elif isinstance(force, JointLoad):
+                name = self._link[force.joints[0]].coordinates[0]
+                along = Travel(r[name], r[name].ddt(), name, r)
+            else:
+                continue
+            for law in laws_of(force, number):
+                yield law, along
 
     def _work(self, wrench: WrenchOnBody, H: list[Jet], states: States) -> np.ndarray:
         """The virtual work F·δr + C·δφ in each variation, shape (nv, n)."""

@@ -39,7 +39,7 @@ from mecanique.derivation.printing.trigforms import (
 from mecanique.derivation.printing.writers import Equation, Expression
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.polynomials import Parts, exponent, exponents, power
-from mecanique.derivation.scalars.series import Kind, Ring, Series, canonical
+from mecanique.derivation.scalars.series import GIVEN, Kind, Ring, Series, canonical
 from mecanique.errors import DerivationError
 from mecanique.wording import OF_SHAPES
 
@@ -84,8 +84,8 @@ def group(series: Series, *, by_side: bool) -> list[Group]:
     """Group by monomials of motions and lengths: ((on the right, monomial), coefficient)."""
     ring = series.ring
     kinds = [g.kind for g in ring.generators]
-    depends = {i: _find_kinds(atom.argument) for i, atom in ring.atoms.items()}
-    turns = [_find_kinds(angle.argument) for angle in ring.angles]
+    depends = {i: atom.argument.kinds for i, atom in ring.atoms.items()}
+    turns = [angle.argument.kinds for angle in ring.angles]
     held = {}
     for monomial in set().union(*series.parts.values()):
         powers = exponents(monomial)
@@ -107,11 +107,6 @@ def group(series: Series, *, by_side: bool) -> list[Group]:
             parts.setdefault((forcing, key), {}).setdefault(trig, {})[monomial - key] = c
     groups = [(k, canonical(ring, p, series.denominator, series.reach)) for k, p in parts.items()]
     return sorted(groups, key=lambda group: (group[0][0], _rank(ring, group[0][1])))
-
-
-def _find_kinds(series: Series) -> set[Kind]:
-    """Return the kinds of quantities that a series depends on."""
-    return {generator.kind for generator in series.generators()}
 
 
 def _rank(ring: Ring, key: int) -> tuple[object, ...]:
@@ -161,9 +156,9 @@ def draw_stretches(series: Series) -> tuple[Series, list[Stretch]]:
         free = next(_free_lengths(pull), None)
         if free is None:
             continue
-        share = -pull / _letter(ring, free)
+        share = -pull / ring.monomial(power(free))
         stretches.append(Stretch(share, power(free) - power(index)))
-        rest = rest - share - pull / _letter(ring, index)
+        rest = rest - share - pull / ring.monomial(power(index))
     if len(stretches) < 2:
         return series, []
     after = _count_signs(rest) + sum(_count_signs(stretch.share) + _SIGNS for stretch in stretches)
@@ -185,7 +180,7 @@ def _pull(series: Series, index: int) -> Series | None:
         return None
     pull = canonical(ring, parts, series.denominator, series.reach)
     moving = {Kind.VELOCITY, Kind.ACCELERATION, Kind.INPUT, Kind.TIME}
-    return None if moving & {g.kind for g in pull.generators()} else pull
+    return None if moving & pull.kinds else pull
 
 
 def _free_lengths(pull: Series) -> Iterator[int]:
@@ -196,10 +191,6 @@ def _free_lengths(pull: Series) -> Iterator[int]:
         fixed = ring.generators[index].kind is Kind.PARAMETER
         if fixed and all(each.get(index, 0) > 0 for each in held):
             yield index
-
-
-def _letter(ring: Ring, index: int) -> Series:
-    return Series(ring, {0: {power(index): 1}}, 1, 1)
 
 
 def _count_signs(series: Series) -> int:
@@ -382,13 +373,9 @@ def _find_shared_sum(factors: Sequence[Product]) -> Sum | None:
     for base, power_of in factors[0].factors:
         if isinstance(base, Sum) and power_of > 0 and _is_given(base):
             either = (base, base.negative())
-            if all(_holds(factor, either) for factor in factors):
+            if all(any(b in either and e > 0 for b, e in factor.factors) for factor in factors):
                 return base
     return None
-
-
-def _holds(factor: Product, sums: Sequence[Sum]) -> bool:
-    return any(base in sums and power_of > 0 for base, power_of in factor.factors)
 
 
 def _is_given(whole: Sum) -> bool:
@@ -414,8 +401,7 @@ def _find_divisor(ring: Ring, groups: list[Group], forms: list[Form], divide: bo
     first = forms[0]
     if divide and first.keys() == {()} and first[()].is_unit and accelerates(ring, groups[0][0][1]):
         unit = first[()]
-        kinds = {g.kind for g in unit.generators()}
-        if kinds <= {Kind.PARAMETER, Kind.CONSTANT, Kind.ATOM}:
+        if unit.kinds <= {*GIVEN, Kind.ATOM}:
             return unit
     shared = content(forms)
     forces = list[Series]()

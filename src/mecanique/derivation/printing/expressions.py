@@ -36,7 +36,7 @@ from mecanique.derivation.printing.trigforms import (
     sort_powers,
 )
 from mecanique.derivation.scalars.polynomials import Polynomial, exponents, power
-from mecanique.derivation.scalars.series import Atom, Kind, Ring, Series, canonical
+from mecanique.derivation.scalars.series import Kind, Ring, Series, canonical
 
 _LARGEST = 40  # polynomials with more terms are not factored
 _WILD = 10_000  # coefficients that are larger multiples of their common measure stay decimals
@@ -301,7 +301,7 @@ def _power(ring: Ring, index: int, e: int) -> Product:
         return to_power(to_formula(atom.argument), Fraction(e, 2))
     if atom.function == "1":
         return to_power(to_formula(atom.argument), Fraction(e))
-    return multiply((_call(atom), e))
+    return multiply((Call(atom.function, add([to_formula(atom.argument)])), e))
 
 
 def to_power(inner: Product, e: Fraction) -> Product:
@@ -312,10 +312,6 @@ def to_power(inner: Product, e: Fraction) -> Product:
     if inner.number == 1 and len(inner.factors) == 1 and inner.factors[0][1] == 1:
         return multiply((inner.factors[0][0], e))
     return Product(1, ((add([inner]), e),))
-
-
-def _call(atom: Atom) -> Call:
-    return Call(atom.function, add([to_formula(atom.argument)]))
 
 
 def _letter(ring: Ring, index: int) -> Letter:
@@ -337,17 +333,13 @@ def _write_function(ring: Ring, factor: tuple[int, int, int]) -> Product:
         if next(iter(multiples.values())) < 0:
             multiples = {j: -k for j, k in multiples.items()}
             sign = -1 if sine and e % 2 else 1
-        call = Call("sin" if sine else "cos", _write_argument(ring, multiples))
+        terms = []
+        for j, k in multiples.items():
+            ((_, monomial, c),) = ring.angles[j].argument.terms()
+            terms.append(multiply(number(k * c), letters(ring, monomial)))
+        call = Call("sin" if sine else "cos", add(terms))
         ring.written[factor] = Product(sign, ((call, e),))
     return cast("Product", ring.written[factor])
-
-
-def _write_argument(ring: Ring, multiples: dict[int, int]) -> Sum:
-    terms = []
-    for j, k in multiples.items():
-        ((_, monomial, c),) = ring.angles[j].argument.terms()
-        terms.append(multiply(number(k * c), letters(ring, monomial)))
-    return add(terms)
 
 
 @lru_cache(maxsize=1 << 14)

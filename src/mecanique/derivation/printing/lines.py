@@ -145,7 +145,7 @@ def _open(piece: str, page: float, depth: int) -> list[str]:
         room = max(page - around, page / 3)
         inside = _split("".join(atoms[start + 1 : end]), room, depth + 1)
         if len(inside) > 1:
-            opening, closing = f"\\Bigl{_bare(atoms[start])}", f"\\Bigr{_bare(atoms[end])}"
+            opening, closing = f"\\Bigl{atoms[start][-1]}", f"\\Bigr{atoms[end][-1]}"
             parts = [*inside]
             parts[0] = "".join(atoms[:start]) + opening + parts[0]
             parts[-1] = parts[-1] + closing + "".join(atoms[end + 1 :])
@@ -170,10 +170,6 @@ def _opens(atom: str) -> int:
     if atom.startswith(("\\left", "\\Bigl")) or atom == "(":
         return 1
     return -1 if atom.startswith(("\\right", "\\Bigr")) or atom == ")" else 0
-
-
-def _bare(bracket: str) -> str:
-    return bracket[-1]
 
 
 def _cut(formula: str) -> Iterator[str]:
@@ -210,13 +206,5 @@ def _cut(formula: str) -> Iterator[str]:
 
 def _read_arguments(atom: str) -> list[str]:
     """Return the arguments of a command, without braces."""
-    found, level, start = [], 0, 0
-    for k, token in enumerate(atom):
-        if token == "{":
-            level += 1
-            start = k + 1 if level == 1 else start
-        elif token == "}":
-            level -= 1
-            if level == 0:
-                found.append(atom[start:k])
-    return found
+    groups = _cut(atom[atom.index("{") :])
+    return [group[1:-1] for group in groups if group.startswith("{")]

@@ -16,7 +16,7 @@ from itertools import product as cartesian
 from typing import TypeAlias
 
 from mecanique.derivation.scalars.polynomials import exponents, largest_exponent, power
-from mecanique.derivation.scalars.series import Kind, Ring, Series, canonical
+from mecanique.derivation.scalars.series import Kind, Series, canonical
 
 Trig: TypeAlias = "tuple[tuple[int, int, int], ...]"
 """A product of sines and cosines, each as (packed angle, 1 for sin or 0 for cos, power)."""
@@ -55,12 +55,7 @@ def content(forms: Iterable[Form]) -> Series:
     """Return the greatest rational × monomial of parameters that divides all polynomials."""
     polynomials = [p for form in forms for p in form.values()]
     packed = common_monomial(polynomials, {Kind.PARAMETER})
-    return monomial_series(polynomials[0].ring, packed) * common_measure(polynomials)
-
-
-def monomial_series(ring: Ring, packed: int) -> Series:
-    """Return a packed monomial as a series."""
-    return Series(ring, {0: {packed: 1}}, 1, largest_exponent([packed]))
+    return polynomials[0].ring.monomial(packed) * common_measure(polynomials)
 
 
 def common_number(polynomials: Iterable[Series]) -> Fraction:
@@ -239,7 +234,7 @@ def _list_forms(series: Series, products: bool) -> Iterator[Form]:
 def _list_single_angles(series: Series) -> Iterator[Form]:
     """Yield the series in single angles, with either sin² or cos² of each angle eliminated."""
     angles = sorted({j for key in series.parts for j, _ in exponents(key >> 1)})
-    multiple = max((_count_turns(key) for key in series.parts), default=0)
+    multiple = max((sum(abs(k) for _, k in exponents(key >> 1)) for key in series.parts), default=0)
     if len(angles) > _ANGLES or len(series.parts) > _EXPANDED or not 2 <= multiple <= _MULTIPLE:
         return
     for squares in cartesian((0, 1), repeat=len(angles)):
@@ -251,10 +246,6 @@ def _list_single_angles(series: Series) -> Iterator[Form]:
             form = _with(form, [(trig, c * polynomial) for trig, c in expanded.items()])
         if form:
             yield form
-
-
-def _count_turns(key: int) -> int:
-    return sum(abs(k) for _, k in exponents(key >> 1))
 
 
 def _expand(key: int, kept: dict[int, int]) -> dict[Trig, int]:

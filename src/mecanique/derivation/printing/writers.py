@@ -76,6 +76,10 @@ class Writer(ABC):
         """Write an equation, or an inequality with <, >, ≤ or ≥."""
 
     @abstractmethod
+    def matrix(self, rows: Sequence[Sequence[str]]) -> str:
+        """Write a matrix, or a column."""
+
+    @abstractmethod
     def partial(self, function: str, variable: str, rate: bool) -> str:
         """Write a partial derivative of two letters in this format, or its time derivative."""
 
@@ -128,6 +132,11 @@ class Text(Writer):
     def relation(self, left: str, sign: str, right: str) -> str:
         """Write an equation or an inequality."""
         return f"{left} {sign} {right}"
+
+    def matrix(self, rows: Sequence[Sequence[str]]) -> str:
+        """Write a matrix, or a column."""
+        written = (f"[{', '.join(row)}]" for row in rows)
+        return f"[{', '.join(written)}]"
 
     def partial(self, function: str, variable: str, rate: bool) -> str:
         """Write a partial derivative, or its time derivative."""
@@ -202,6 +211,11 @@ class Latex(Writer):
         """Write an equation or an inequality."""
         command = {"≤": "\\leq", "≥": "\\geq"}.get(sign, sign)
         return f"{left} {command} {right}"
+
+    def matrix(self, rows: Sequence[Sequence[str]]) -> str:
+        """Write a matrix, or a column."""
+        lines = " \\\\ ".join(map(" & ".join, rows))
+        return f"\\begin{{bmatrix}} {lines} \\end{{bmatrix}}"
 
     def partial(self, function: str, variable: str, rate: bool) -> str:
         """Write a partial derivative, or its time derivative."""
@@ -292,6 +306,12 @@ class MathML(Writer):
     def relation(self, left: str, sign: str, right: str) -> str:
         """Write an equation or an inequality."""
         return f"<mrow>{left}<mo>{escape(sign)}</mo>{right}</mrow>"
+
+    def matrix(self, rows: Sequence[Sequence[str]]) -> str:
+        """Write a matrix, or a column."""
+        cells = ("".join(f"<mtd>{cell}</mtd>" for cell in row) for row in rows)
+        table = "".join(f"<mtr>{row}</mtr>" for row in cells)
+        return f"<mrow><mo>[</mo><mtable>{table}</mtable><mo>]</mo></mrow>"
 
     def partial(self, function: str, variable: str, rate: bool) -> str:
         """Write a partial derivative, or its time derivative."""
@@ -412,7 +432,8 @@ class _Walk:
         size = abs(Fraction(signed))
         above, below = size.numerator, size.denominator
         if max(above, below) >= _LARGE or (below > 1 and self._wants_decimal(size)):
-            return [self._writer.number(_decimal(size))], []
+            decimal = f"{float(size):.{_DIGITS}g}".replace("e+", "e")
+            return [self._writer.number(decimal)], []
         return (
             [self._writer.number(str(above))] if above != 1 else [],
             [self._writer.number(str(below))] if below != 1 else [],
@@ -433,7 +454,8 @@ class _Walk:
         """Write a power; a sum that is all of a numerator or denominator needs no brackets."""
         writer = self._writer
         if power != 1 and power == _HALF:
-            return writer.call("sqrt", self._inner(base), "")
+            inner = self.sum(base) if isinstance(base, Sum) else self._factor(base, 1, alone=False)
+            return writer.call("sqrt", inner, "")
         exponent = "" if power == 1 else str(power)
         if isinstance(base, Letter):
             return writer.letter(base.name, base.of_time, exponent)
@@ -443,11 +465,6 @@ class _Walk:
         if alone and not exponent:
             return writer.alone(self.sum(base))
         return writer.brackets(self.sum(base), exponent)
-
-    def _inner(self, base: Base) -> str:
-        if isinstance(base, Sum):
-            return self.sum(base)
-        return self._factor(base, 1, alone=False)
 
 
 def _is_bare(argument: Sum) -> bool:
@@ -459,8 +476,11 @@ def _is_bare(argument: Sum) -> bool:
     return letter and term.factors[0][1] == 1 and term.number > 0 and term.number.denominator == 1
 
 
-def _decimal(value: Fraction) -> str:
-    return f"{float(value):.{_DIGITS}g}".replace("e+", "e")
+def to_math(row: str, display: str = "block", alt: str = "") -> str:
+    """Return a row of MathML as an element of a page, with its text if any."""
+    told = f' alttext="{escape(alt, quote=True)}"' if alt else ""
+    xmlns = "http://www.w3.org/1998/Math/MathML"
+    return f'<math xmlns="{xmlns}" display="{display}"{told}>{row}</math>'
 
 
 _BREAKS = ("+", "−", "=")
@@ -477,7 +497,7 @@ def to_lines(row: str, alt: str = "") -> str:
     # No browser breaks a formula by itself. The terms of the outermost sum are formulas of their
     # own here, between which lines break as between words.
     terms = _split(fromstring(f"<mrow>{row}</mrow>"))
-    pieces = ["".join(map(_serialize, term)) for term in terms]
+    pieces = ["".join(tostring(part, encoding="unicode") for part in term) for term in terms]
     if len(pieces) > 1 and pieces[-1].endswith("=</mo><mrow><mn>0</mn></mrow>"):
         zero = pieces.pop()  # a zero alone would be a poor last line
         pieces[-1] += zero
@@ -507,10 +527,6 @@ def _is_break(part: Element) -> bool:
     return part.tag == "mo" and part.text in _BREAKS
 
 
-def _serialize(part: Element) -> str:
-    return tostring(part, encoding="unicode")
-
-
 class _Printed(ABC):
     """An object that can be written as text, LaTeX and MathML, and displayed in a notebook."""
 
@@ -528,10 +544,7 @@ class _Printed(ABC):
 
     def mathml(self) -> str:
         """Return it as one MathML element."""
-        alt = escape(self.text(), quote=True)
-        xmlns = "http://www.w3.org/1998/Math/MathML"
-        row = self.write(MathML())
-        return f'<math xmlns="{xmlns}" display="block" alttext="{alt}">{row}</math>'
+        return to_math(self.write(MathML()), alt=self.text())
 
     def __str__(self) -> str:
         return self.text()

@@ -16,7 +16,7 @@ from mecanique.derivation.scalars.polynomials import (
     power,
     product_to_sum,
 )
-from mecanique.derivation.scalars.series import Kind, Series, canonical
+from mecanique.derivation.scalars.series import GIVEN, Kind, Series, canonical
 from mecanique.derivation.tolerances import ROUNDING
 
 
@@ -30,7 +30,7 @@ def tidy(series: Series) -> Series:
         if lowest >= 0:
             continue
         steps = -(lowest // degree)
-        root = Series(ring, {0: {power(index): 1}}, 1, 1)
+        root = ring.monomial(power(index))
         cleared = series
         for _ in range(steps * degree):  # as ρ² alone would turn into s before it multiplies
             cleared = cleared * root
@@ -81,13 +81,10 @@ def without_common_divisor(series: Series) -> Series:
     ring = series.ring
     for index, atom in ring.atoms.items():
         powers = {exponent(monomial, index) for _, monomial, _ in series.terms()}
-        known = all(
-            g.kind in (Kind.PARAMETER, Kind.CONSTANT, Kind.ATOM, Kind.COORDINATE)
-            for g in atom.argument.generators()
-        )
+        known = atom.argument.kinds <= {*GIVEN, Kind.ATOM, Kind.COORDINATE}
         if not atom.named and known and powers and max(powers) < 0:
             for _ in range(-max(powers)):  # one by one: ρ² alone would turn into its radicand
-                series = Series(ring, {0: {power(index): 1}}, 1, 1) * series
+                series = ring.monomial(power(index)) * series
     return series
 
 

@@ -6,22 +6,34 @@ import math
 import sys
 from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from mecanique.derivation.scalars.cancel import divide_by_wave, tidy
 from mecanique.derivation.scalars.polynomials import exponent, exponents, power
-from mecanique.derivation.scalars.series import Kind, Ring, Series, canonical
+from mecanique.derivation.scalars.series import GIVEN, Kind, Ring, Series, canonical
 from mecanique.errors import DerivationError
+from mecanique.model.expression import numpy_function
+from mecanique.program.sweeps import SLOPES
 
 
 def of_series(name: str, *arguments: Any) -> Series:
     """Apply a function, given by name, to series."""
     (series,) = arguments if len(arguments) == 1 else (None,)
-    if not isinstance(series, Series) or name not in _KNOWN:
+    if not isinstance(series, Series) or name not in SLOPES:
         raise DerivationError(f"{name} has no closed form in a series; use the numeric derivation")
-    return _KNOWN[name](series)
+    if name in _EXACT:
+        return _EXACT[name](series)
+    if not series and name in _AT_ZERO:
+        return series.ring.number(_AT_ZERO[name])
+
+    def slope(f: Series) -> Series:
+        derivative: Series = SLOPES[name](f, series, lambda other: partial(of_series, other))
+        return derivative
+
+    return series.ring.adjoin(name, series, slope, numpy_function(name))
 
 
 def sin(series: Series) -> Series:
@@ -106,8 +118,8 @@ def sqrt(series: Series, name: str | None = None) -> Series:
     if not series:
         return series
     content, monomial = _find_square_content(series)
-    primitive = series / content * _monomial(series, -2 * monomial)
-    outside = _take_root(ring, content) * _monomial(series, monomial)
+    primitive = series / content * ring.monomial(-2 * monomial)
+    outside = _take_root(ring, content) * ring.monomial(monomial)
     exact = _find_polynomial_root(primitive)
     if exact is not None:
         return outside * exact
@@ -118,18 +130,13 @@ def sqrt(series: Series, name: str | None = None) -> Series:
                 f"expected a square root of a positive series, got sqrt({series})"
             )
         for index, e in exponents(packed):
-            outside = outside * _adjoin_root(_monomial(series, power(index)), None) ** e
+            outside = outside * _adjoin_root(ring.monomial(power(index)), None) ** e
         return outside
     return outside * _adjoin_root(primitive, name)
 
 
 def _adjoin_root(radicand: Series, name: str | None) -> Series:
     return radicand.ring.adjoin("sqrt", radicand, lambda root: root**-1 / 2, np.sqrt, name)
-
-
-def _monomial(series: Series, packed: int) -> Series:
-    largest = max((abs(e) for _, e in exponents(packed)), default=0)
-    return Series(series.ring, {0: {packed: 1}}, 1, largest)
 
 
 def _find_square_content(series: Series) -> tuple[Fraction, int]:
@@ -143,7 +150,7 @@ def _find_square_content(series: Series) -> tuple[Fraction, int]:
     packed = 0
     for g in series.ring.generators:
         # a coordinate stays inside, as √x² would be |x|
-        if g.kind in (Kind.PARAMETER, Kind.CONSTANT):
+        if g.kind in GIVEN:
             packed += power(g.index, min(exponent(m, g.index) for m in monomials) // 2)
     return content, packed
 
@@ -191,9 +198,9 @@ def _find_polynomial_root(series: Series) -> Series | None:
                 or any(e % 2 for e in halves.values())
             ):
                 return None
-            term = lead = _monomial(series, top // 2) * Fraction(n, d)
+            term = lead = series.ring.monomial(top // 2) * Fraction(n, d)
         else:
-            term = _monomial(series, top) * c / (2 * lead)
+            term = series.ring.monomial(top) * c / (2 * lead)
         rest = rest - (2 * root + term) * term
         root = root + term
         if not rest:
@@ -206,43 +213,21 @@ def _make_positive(root: Series) -> Series:
     kinds = {g.index: g.kind for g in root.ring.generators}
 
     def rank(monomial: int) -> tuple[int, int]:
-        fixed = all(kinds[i] in (Kind.PARAMETER, Kind.CONSTANT) for i, _ in exponents(monomial))
+        fixed = all(kinds[i] in GIVEN for i, _ in exponents(monomial))
         return (0 if fixed else 1, monomial)
 
     *_, c = min(root.terms(), key=lambda term: rank(term[1]))
     return root if c > 0 else -root
 
 
-def _make_function(
-    name: str,
-    value: Callable[[Any], Any],
-    slope: Callable[[Series, Series], Series],
-    at_zero: int | None = None,
-) -> Callable[[Series], Series]:
-    """Make a function that returns atoms f(u)."""
-
-    def apply(u: Series) -> Series:
-        if not u and at_zero is not None:
-            return u.ring.number(at_zero)
-        return u.ring.adjoin(name, u, lambda atom: slope(atom, u), value)
-
-    return apply
-
-
-_KNOWN: dict[str, Callable[[Series], Series]] = {
+_EXACT: dict[str, Callable[[Series], Series]] = {
     "sin": sin,
     "cos": cos,
     "tan": lambda u: sin(u) / cos(u),
     "sqrt": sqrt,
-    "exp": _make_function("exp", np.exp, lambda f, u: f, 1),
-    "log": _make_function("log", np.log, lambda f, u: u**-1),
-    "asin": _make_function("asin", np.arcsin, lambda f, u: sqrt(1 - u * u) ** -1, 0),
-    "acos": _make_function("acos", np.arccos, lambda f, u: -(sqrt(1 - u * u) ** -1)),
-    "atan": _make_function("atan", np.arctan, lambda f, u: (1 + u * u) ** -1, 0),
-    "tanh": _make_function("tanh", np.tanh, lambda f, u: 1 - f * f, 0),
-    "Abs": _make_function("Abs", np.abs, lambda f, u: of_series("sign", u), 0),
-    "sign": _make_function("sign", np.sign, lambda f, u: u.ring.number(0), 0),
 }
+
+_AT_ZERO = {"exp": 1, "asin": 0, "atan": 0, "tanh": 0, "Abs": 0, "sign": 0}
 
 
 def over_length(vector: Sequence[Series], length: Series) -> list[Series]:

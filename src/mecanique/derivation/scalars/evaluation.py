@@ -117,7 +117,7 @@ class Substitution:
             generator = ring.generators[index]
             replacement = self._values.get(generator.name)
             if replacement is None:
-                replacement = Series(ring, {0: {power(index): 1}}, 1, 1)
+                replacement = ring.monomial(power(index))
                 atom = ring.atoms.get(index)
                 if atom is not None and any(
                     g.name in self._values for g in atom.argument.generators()

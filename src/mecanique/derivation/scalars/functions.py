@@ -14,7 +14,7 @@ from mecanique.derivation.scalars import elementary
 from mecanique.derivation.scalars.elementary import sqrt
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.scalars.polynomials import power
-from mecanique.derivation.scalars.series import Atom, Series
+from mecanique.derivation.scalars.series import Series
 from mecanique.errors import DerivationError, UnknownNameError
 from mecanique.model.expression import FUNCTIONS, numpy_function
 
@@ -32,7 +32,8 @@ def _generic(name: str) -> Callable[..., Any]:
     def apply(*arguments: Any) -> Any:
         first = next((x for x in arguments if isinstance(x, (Jet, Series))), arguments[0])
         if isinstance(first, Jet):
-            return getattr(_as_jet(arguments[0], first), name)(*arguments[1:])
+            x = arguments[0]
+            return getattr(x if isinstance(x, Jet) else first.constant(x), name)(*arguments[1:])
         if isinstance(first, Series):
             return elementary.of_series(name, *arguments)
         if isinstance(first, (int, float, np.ndarray, np.generic)):
@@ -49,14 +50,6 @@ def _generic(name: str) -> Callable[..., Any]:
     apply.__name__ = name
     apply.__doc__ = f"Return {name} of any scalar."
     return apply
-
-
-def _as_jet(x: Any, like: Jet) -> Jet:
-    if isinstance(x, Jet):
-        return x
-    c = np.zeros((*like.c.shape[:2], *np.shape(x)))
-    c[0, 0] = x
-    return Jet(c)
 
 
 _FUNCTIONS = {name: _generic(name) for name in FUNCTIONS}
@@ -84,24 +77,19 @@ def _sine_cosine(angle: Series) -> tuple[Series, Series]:
                 and atom.function in _OF_ARC
             ):
                 arcs.append((atom, int(factor)))
-                rest = rest - factor * Series(angle.ring, {0: {monomial: 1}}, 1, 1)
+                rest = rest - factor * angle.ring.monomial(monomial)
     sine, cosine = function("sin")(rest), function("cos")(rest)
     for atom, count in arcs:
-        s, c = _OF_ARC[atom.function](atom)
+        s, c = _OF_ARC[atom.function](atom.argument)
         s = s if count > 0 else -s
         for _ in range(abs(count)):
             sine, cosine = sine * c + cosine * s, cosine * c - sine * s
     return sine, cosine
 
 
-def _of_atan(atom: Atom) -> tuple[Series, Series]:
-    across = sqrt(1 + atom.argument * atom.argument) ** -1
-    return atom.argument * across, across
-
-
-_OF_ARC: dict[str, Callable[[Atom], tuple[Series, Series]]] = {
-    "asin": lambda atom: (atom.argument, sqrt(1 - atom.argument * atom.argument)),
-    "acos": lambda atom: (sqrt(1 - atom.argument * atom.argument), atom.argument),
-    "atan": _of_atan,
+_OF_ARC: dict[str, Callable[[Series], tuple[Series, Series]]] = {
+    "asin": lambda u: (u, sqrt(1 - u * u)),
+    "acos": lambda u: (sqrt(1 - u * u), u),
+    "atan": lambda u: (u / sqrt(1 + u * u), 1 / sqrt(1 + u * u)),
 }
 """Functions that give sine and cosine of each arc."""

@@ -9,9 +9,29 @@ rounding and has no step size to choose. It follows A. Griewank, A. Walther, Eva
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import factorial
+from operator import methodcaller
 from typing import Any, final
 
 import numpy as np
+
+from mecanique.model.expression import numpy_function
+from mecanique.program.sweeps import SLOPES
+
+
+def _by_slope(name: str) -> Callable[[Jet], Jet]:
+    """Return the function of jets whose Taylor coefficients follow from its derivative in turn."""
+
+    def series(u: np.ndarray, orders: int) -> list[np.ndarray]:
+        x = np.zeros((orders, 1, *u.shape))
+        x[0, 0], x[1, 0] = u, 1.0
+        y = [numpy_function(name)(u)]
+        for k in range(1, orders):
+            rate = SLOPES[name](Jet(np.stack(y)[:, None]), Jet(x[:k]), methodcaller)
+            y.append(rate.c[k - 1, 0] / k)
+        return y
+
+    return lambda jet: jet.compose(series)
 
 
 @final
@@ -30,6 +50,12 @@ class Jet:
     def value(self) -> np.ndarray:
         """The value at ε = 0 without variations, shape (…)."""
         return np.asarray(self.c[0, 0])
+
+    def constant(self, value: Any) -> Jet:
+        """Return a number, or an array, as a jet of as many orders and directions."""
+        c = np.zeros((*self.c.shape[:2], *np.shape(value)))
+        c[0, 0] = value
+        return Jet(c)
 
     @property
     def T(self) -> Jet:
@@ -132,42 +158,20 @@ class Jet:
         """Return the cosine."""
         return self.compose(lambda u, n: _expand_circular(np.cos(u), -np.sin(u), n))
 
-    def tan(self) -> Jet:
-        """Return the tangent, from y' = 1 + y²."""
-        return self.compose(lambda u, n: _expand_riccati(np.tan(u), 1.0, n))
-
-    def tanh(self) -> Jet:
-        """Return the hyperbolic tangent, from y' = 1 − y²."""
-        return self.compose(lambda u, n: _expand_riccati(np.tanh(u), -1.0, n))
-
     def sqrt(self) -> Jet:
         """Return the square root."""
         return self**0.5
 
-    def exp(self) -> Jet:
-        """Return the exponential."""
-        return self.compose(lambda u, n: [np.exp(u) / _factorial(k) for k in range(n)])
-
-    def log(self) -> Jet:
-        """Return the natural logarithm."""
-        return self.compose(lambda u, n: [np.log(u), *(-((-1 / u) ** k) / k for k in range(1, n))])
-
-    def asin(self) -> Jet:
-        """Return the arc sine."""
-        return self._integrate(np.arcsin(self.value), lambda u: Jet.__pow__(1.0 - u * u, -0.5))
-
-    def acos(self) -> Jet:
-        """Return the arc cosine."""
-        return self._integrate(np.arccos(self.value), lambda u: -Jet.__pow__(1.0 - u * u, -0.5))
-
-    def atan(self) -> Jet:
-        """Return the arc tangent."""
-        return self._integrate(np.arctan(self.value), lambda u: Jet.__pow__(1.0 + u * u, -1))
+    exp, log = _by_slope("exp"), _by_slope("log")
+    tan, tanh = _by_slope("tan"), _by_slope("tanh")
+    asin, acos, atan = _by_slope("asin"), _by_slope("acos"), _by_slope("atan")
 
     def atan2(self, x: Any) -> Jet:
         """Return the angle of the point (x, self)."""
-        x0 = x.value if isinstance(x, Jet) else np.asarray(x)
-        return _find_angle(self, x, self.value, x0).__add__(np.arctan2(self.value, x0))
+        y0, x0 = self.value, x.value if isinstance(x, Jet) else np.asarray(x)
+        # the angle from (x0, y0) is small and has no branch cut nearby
+        tangent: Jet = (self * x0 - x * y0) / (x * x0 + self * y0)
+        return tangent.atan().__add__(np.arctan2(y0, x0))
 
     def Abs(self) -> Jet:
         """Return the absolute value; its derivative is the sign, 0 at 0."""
@@ -176,23 +180,6 @@ class Jet:
     def sign(self) -> Jet:
         """Return the sign; its derivative is 0."""
         return Jet(np.zeros_like(self.c)).__add__(np.sign(self.value))
-
-    def _integrate(self, value: np.ndarray, slope: Callable[[Jet], Jet]) -> Jet:
-        """Return f(self), given f(u) and f': the coefficients of f' are those of f, shifted."""
-
-        def series(u: np.ndarray, orders: int) -> list[np.ndarray]:
-            line = np.zeros((orders, 1, *u.shape))
-            line[0, 0], line[1, 0] = u, 1.0
-            rate = slope(Jet(line)).c[:, 0]
-            return [value, *(rate[k] / (k + 1) for k in range(orders - 1))]
-
-        return self.compose(series)
-
-
-def _find_angle(y: Any, x: Any, y0: np.ndarray, x0: np.ndarray) -> Jet:
-    """Return the angle from (x0, y0) to (x, y), which is small and has no branch cut nearby."""
-    ratio: Jet = (y * x0 - x * y0) / (x * x0 + y * y0)
-    return ratio.atan()
 
 
 def _pad(c: np.ndarray, trailing: int) -> np.ndarray:
@@ -204,9 +191,7 @@ def _pad(c: np.ndarray, trailing: int) -> np.ndarray:
 def _align(a: Jet, b: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return the coefficients of both, cut to the lower order and shaped to broadcast."""
     if not isinstance(b, Jet):
-        c = np.zeros((*a.c.shape[:2], *np.shape(b)))
-        c[0, 0] = b
-        b = Jet(c)
+        b = a.constant(b)
     orders, trailing = min(len(a.c), len(b.c)), max(a.c.ndim, b.c.ndim) - 2
     return _pad(a.c[:orders], trailing), _pad(b.c[:orders], trailing)
 
@@ -238,17 +223,4 @@ def _leibniz(
 def _expand_circular(f: np.ndarray, slope: np.ndarray, orders: int) -> list[np.ndarray]:
     """Return the Taylor coefficients of a function with f'' = −f."""
     cycle = (f, slope, -f, -slope)
-    return [cycle[k % 4] / _factorial(k) for k in range(orders)]
-
-
-def _expand_riccati(y0: np.ndarray, sign: float, orders: int) -> list[np.ndarray]:
-    """Return the Taylor coefficients of the solution of y' = 1 ± y²."""
-    y = [y0]
-    for k in range(orders - 1):
-        square = sum(y[i] * y[k - i] for i in range(k + 1))
-        y.append(((k == 0) + sign * square) / (k + 1))
-    return y
-
-
-def _factorial(k: int) -> float:
-    return float(np.prod(np.arange(1, k + 1)))
+    return [cycle[k % 4] / factorial(k) for k in range(orders)]

@@ -56,6 +56,13 @@ class Kind(Enum):
     VARIATION = "virtual displacement"
 
 
+GIVEN = frozenset({Kind.PARAMETER, Kind.CONSTANT})
+"""Kinds of what is constant, and taken as positive."""
+
+TIMED = frozenset({Kind.TIME, Kind.INPUT})
+"""Kinds of what changes by itself."""
+
+
 @final
 @dataclass(frozen=True)
 class Generator:
@@ -173,6 +180,11 @@ class Series:
             todo += [self.ring.atoms[i].argument for i in direct if i in self.ring.atoms]
         return [self.ring.generators[i] for i in sorted(indices)]
 
+    @property
+    def kinds(self) -> set[Kind]:
+        """The kinds of quantities that it depends on."""
+        return {generator.kind for generator in self.generators()}
+
     def __repr__(self) -> str:
         return (
             " + ".join(self._term_text(*term) for term in self.terms()).replace("+ -", "- ") or "0"
@@ -275,11 +287,15 @@ class Series:
             if rate is None and i in self.ring.atoms:
                 rate = self.ring.atoms[i].slope * self.ring.atoms[i].argument._along(rates)
             if rate:
-                parts.append(self._by_power(i) * rate)
+                slopes = differentiate_powers(self.parts, i)
+                slope = canonical(self.ring, slopes, self.denominator, self.reach + 1)
+                parts.append(slope * rate)
         for j in self._turns():
             rate = self.ring.angles[j].argument._along(rates)
             if rate:
-                parts.append(self._by_angle(j) * rate)
+                slopes = differentiate_angles(self.parts, j)
+                slope = canonical(self.ring, slopes, self.denominator, self.reach)
+                parts.append(slope * rate)
         return parts[0] if len(parts) == 1 else self.ring.sum(parts)
 
     def _powers(self) -> list[int]:
@@ -287,14 +303,6 @@ class Series:
 
     def _turns(self) -> list[int]:
         return generators_in((trig >> 1 for trig in self.parts), len(self.ring.angles))
-
-    def _by_power(self, index: int) -> Series:
-        parts = differentiate_powers(self.parts, index)
-        return canonical(self.ring, parts, self.denominator, self.reach + 1)
-
-    def _by_angle(self, index: int) -> Series:
-        parts = differentiate_angles(self.parts, index)
-        return canonical(self.ring, parts, self.denominator, self.reach)
 
     def coefficients(self, generators: Sequence[str]) -> dict[tuple[int, ...], Series]:
         """Return the coefficients of a polynomial in some generators, by their exponents."""
@@ -422,14 +430,6 @@ class Ring:
         square = self.sum([self.number(1), *(-(x * x) for x in rest)])
         self.roots.append((self.index(last), 2, square))
 
-    def velocity(self, name: str) -> Series:
-        """Return the velocity of a coordinate."""
-        return self.rates[self._index_of(name, Kind.COORDINATE)]
-
-    def acceleration(self, name: str) -> Series:
-        """Return the acceleration of a coordinate."""
-        return self.rates[self._index_of(name + "'", Kind.VELOCITY)]
-
     def parameter(self, name: str) -> Series:
         """Adjoin and return a parameter; square roots take it as positive."""
         return self._adjoin(name, Kind.PARAMETER)
@@ -460,6 +460,10 @@ class Ring:
             else self._adjoin(name, kind)
         )
 
+    def choose_name(self, candidates: Iterable[str]) -> str:
+        """Return the first of some names that no generator has."""
+        return next(name for name in candidates if name not in self._indices)
+
     def number(self, value: object) -> Series:
         """Return a number as a series; a float becomes a simple rational (see `exact`)."""
         rational = exact(value)
@@ -470,7 +474,11 @@ class Ring:
     def __getitem__(self, name: str) -> Series:
         if name not in self._indices:
             raise UnknownNameError("generator", name, self._indices)
-        return Series(self, {0: {power(self._indices[name]): 1}}, 1, 1)
+        return self.monomial(power(self._indices[name]))
+
+    def monomial(self, packed: int) -> Series:
+        """Return a packed monomial as a series."""
+        return Series(self, {0: {packed: 1}}, 1, largest_exponent([packed]))
 
     def names(self, kind: Kind) -> tuple[str, ...]:
         """Return the names of the generators of a kind, in the order they were adjoined."""
@@ -526,12 +534,7 @@ class Ring:
         key = (monomial, abs(multiple) if not monomial else Fraction(0))
         if key not in self._angle_indices:
             unit = abs(multiple) if not monomial else Fraction(1, multiple.denominator)
-            argument = canonical(
-                self,
-                {0: {monomial: unit.numerator}},
-                unit.denominator,
-                largest_exponent([monomial]),
-            )
+            argument = self.monomial(monomial) * unit
             self._angle_indices[key] = len(self.angles)
             self.angles.append(Angle(argument, unit))
         index = self._angle_indices[key]
@@ -567,7 +570,7 @@ class Ring:
     def inverse(self, series: Series) -> Series:
         """Return 1/u as an atom, for a series u that is not a unit; u × u⁻¹ is not cancelled."""
         atom = self.adjoin("1", series, lambda _: self.number(1), lambda u: u)
-        return Series(self, {0: {-power(self.index(atom)): 1}}, 1, 1)
+        return self.monomial(-power(self.index(atom)))
 
     def _adjoin(self, name: str, kind: Kind) -> Series:
         if name in self._indices:
@@ -580,8 +583,3 @@ class Ring:
 
     def _kind(self, name: str) -> Kind:
         return self.generators[self._indices[name]].kind
-
-    def _index_of(self, name: str, kind: Kind) -> int:
-        if name not in self._indices or self._kind(name) is not kind:
-            raise UnknownNameError(kind.value, name, self.names(kind))
-        return self._indices[name]

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
-from typing import Any, final
+from typing import final
 
 from mecanique.derivation.mechanics.elements import UnitForce, unit_forces
 from mecanique.derivation.numeric.newton_euler import Balances
@@ -28,10 +28,10 @@ from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import (
     SymbolicWrench,
     Vector,
-    along,
     component,
     dot,
     lift,
+    no_wrench,
     resultant,
     total,
     zero,
@@ -58,6 +58,17 @@ class JointRate:
     partials: tuple[Series, ...]  # its derivative by each generalized velocity
     rotor: Series  # moment or force that accelerates the joint's rotor
 
+    @property
+    def wrench(self) -> SymbolicWrench:
+        """The force or the moment that does unit power with it."""
+        nothing = zero(self.rotor.ring)
+        forces = self.kind == "force"
+        return SymbolicWrench(self.axis, nothing) if forces else SymbolicWrench(nothing, self.axis)
+
+    def component(self, wrench: SymbolicWrench) -> Series:
+        """Return the component of a wrench along or about its direction."""
+        return dot(self.axis, wrench.part(self.kind))
+
 
 def demands(
     cuts: Cuts,
@@ -73,11 +84,9 @@ def demands(
     for cut in reversed(cuts.bodies):
         carried = [cuts.hand_down(needed[c], c, cut.body) for c in behind.get(cut.body, ())]
         whole = resultant([part(cut), *carried])
-        sums = {"force": whole.force, "moment": whole.moment}
         for rate in () if free is None else free[cut.body]:
-            size = dot(rate.axis, sums[rate.kind]) + rate.rotor
-            sums[rate.kind] = sums[rate.kind] - rate.axis * size
-        needed[cut.body] = SymbolicWrench(**sums).tidy()
+            whole = whole - rate.wrench * (rate.component(whole) + rate.rotor)
+        needed[cut.body] = whole.tidy()
     return needed
 
 
@@ -129,7 +138,7 @@ def project(
     ring = cuts.algebra.ring
     sums: list[list[Series]] = [[] for _ in cuts.algebra.velocities]
     for rate in rates:
-        size = dot(rate.axis, wrenches[rate.body].part(rate.kind))
+        size = rate.component(wrenches[rate.body])
         if rotors:
             size = size + rate.rotor
         for terms, slope in zip(sums, rate.partials, strict=True):
@@ -192,13 +201,12 @@ class Guiding:
 
     def _sum(self, cut: Cut, sizes: Mapping[tuple[int, bool], Series]) -> SymbolicWrench:
         """Return the wrench on a body under forces of some sizes."""
-        nothing = zero(self._algebra.ring)
         acting = [
             wrench * size
             for force, size in sizes.items()
             for wrench in self._actions[force].get(cut.body, ())
         ]
-        return resultant([SymbolicWrench(nothing, nothing), *acting]).tidy()
+        return resultant([no_wrench(self._algebra.ring), *acting]).tidy()
 
     def _size(self, force: tuple[int, bool]) -> Series:
         index, presses = force
@@ -214,8 +222,8 @@ class Guiding:
         count = len(self.names)
         rows = []
         for rate in rates:
-            row = [tidy(dot(rate.axis, unit[rate.body].part(rate.kind))) for unit in carried]
-            known = tidy(dot(rate.axis, totals[rate.body].part(rate.kind)) + rate.rotor)
+            row = [tidy(rate.component(unit[rate.body])) for unit in carried]
+            known = tidy(rate.component(totals[rate.body]) + rate.rotor)
             if any(row):
                 rows.append(([-c for c in row], known))
         algebra, ring = self._algebra, self._algebra.ring
@@ -302,7 +310,9 @@ class FreeBodies:
         free = {
             cut.body: [*self._free(cut), *self._find_idle_rates(cut)] for cut in self.cuts.bodies
         }
-        self.demands = demands(self.cuts, _need, None if mechanism.elements else free)
+        self.demands = demands(
+            self.cuts, lambda cut: needs(cut) - cut.loads(), None if mechanism.elements else free
+        )
         """The wrench that each joint must transmit to its child, by name of the child."""
         self.unknowns: dict[str, str] = dict(self.guiding.meanings)
         """The meaning of each reaction, by its name."""
@@ -338,7 +348,9 @@ class FreeBodies:
         sums = {"force": [zero(ring)], "moment": [zero(ring)]}
         for d in cut.axes.directions:
             loose = [
-                rate for rate in free if rate.kind == d.kind and _is_parallel(d.row, rate.axis)
+                rate
+                for rate in free
+                if rate.kind == d.kind and lift(ring, d.row) in (rate.axis, -rate.axis)
             ]
             if loose:  # along this direction the joint transmits only the force of its rotor
                 sums[d.kind] += [rate.axis * -rate.rotor for rate in loose]
@@ -431,37 +443,17 @@ class FreeBodies:
             for child in self.cuts.bodies
             if child.joint.parent == cut.body
         ]
-        direct = (cut.fall(), cut.loads(), self.guiding.on(cut), self.symbols[cut.body])
-        return resultant([*direct, *joints]).about(_lead_back(cut))
+        direct = (cut.weight, cut.loads(), self.guiding.on(cut), self.symbols[cut.body])
+        return cut.about_reference(resultant([*direct, *joints]))
 
-    def forces_along(self, cut: Cut) -> Vector:
-        """Return the resultant force along the axes in which the body's equations are written."""
+    def acting_along(self, cut: Cut) -> SymbolicWrench:
+        """Return all that acts on a body along the axes in which its equations are written."""
         # The reaction in the body's own joint is not projected: that would expand n·n = 1
-        rest = self.acting(cut).force - self.symbols[cut.body].force
-        known = total([rest, self._rotors(cut, "force")])
-        return along(cut.axes.rows, known) + self._own[cut.body].force
-
-    def moments_along(self, cut: Cut) -> Vector:
-        """Return the resultant moment about the axes in which the body's equations are written."""
-        rest = self.acting(cut).moment - self.symbols[cut.body].moment
-        known = total([rest, self._rotors(cut, "moment")])
-        return along(cut.axes.turns, known) + self._own[cut.body].moment
-
-    def _rotors(self, cut: Cut, kind: str) -> Vector:
-        """Return the force or moment on the rotor of a body's joint, with opposite sign."""
-        resistance = zero(self.algebra.ring)
+        rest = self.acting(cut) - self.symbols[cut.body]
         for rate in self._free(cut):
-            if rate.kind == kind and rate.rotor:
-                resistance = resistance - rate.axis * rate.rotor
-        return resistance
-
-    def angular_momentum(self, cut: Cut) -> Vector:
-        """Return the angular momentum about the fixed point, or else the center of mass."""
-        return SymbolicWrench(cut.momentum, cut.angular_momentum).about(_lead_back(cut)).moment
-
-    def turning(self, cut: Cut) -> Vector:
-        """Return the rate of angular momentum about the fixed point, or else the center of mass."""
-        return SymbolicWrench(cut.push, cut.turning).about(_lead_back(cut)).moment
+            if rate.rotor:
+                rest = rest - rate.wrench * rate.rotor
+        return cut.axes.along(rest) + self._own[cut.body]
 
     def sum_guides(self) -> list[Result]:
         """Return the sums of reactions along guided joints, zero for each virtual displacement."""
@@ -471,19 +463,4 @@ class FreeBodies:
 
 def needs(cut: Cut) -> SymbolicWrench:
     """Return the wrench that a body needs for its motion: rates of momentum less weight."""
-    return (SymbolicWrench(cut.push, cut.turning) - cut.fall()).tidy()
-
-
-def _need(cut: Cut) -> SymbolicWrench:
-    """Return the wrench that a body needs in addition to its loads."""
-    return needs(cut) - cut.loads()
-
-
-def _lead_back(cut: Cut) -> Vector:
-    """Return the vector from the reference point of moments to the origin of the body's frame."""
-    return zero(cut.mass.ring) if cut.fixed else -cut.center
-
-
-def _is_parallel(row: Sequence[Any], axis: Vector) -> bool:
-    """Whether a direction is an axis or its opposite."""
-    return lift(axis.x.ring, row) in (axis, -axis)
+    return (cut.push - cut.weight).tidy()

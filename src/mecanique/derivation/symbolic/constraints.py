@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import final
+from typing import NamedTuple, final
 
 from mecanique.derivation.mechanics.contacts import touch
 from mecanique.derivation.scalars.cancel import tidy, without_rounding
@@ -162,20 +162,13 @@ _TURNS: dict[str, dict[str, tuple[tuple[int, int, int], ...]]] = {
 """Φ by kind of loop and row about an axis: the mean of ± a_i · b_k, axes of the two frames."""
 
 
-@final
-@dataclass(frozen=True)
-class _Row:
-    """One equation of a loop: its name, Φ, the meaning of λ, and its unit force and moment."""
+class _Row(NamedTuple):
+    """One equation of a loop."""
 
     name: str
-    demand: Series
-    meaning: str
-    unit: SymbolicWrench
-
-    @property
-    def shifts(self) -> bool:
-        """Whether it keeps points together, not axes parallel."""
-        return not self.name.startswith("r")
+    demand: Series  # Φ
+    meaning: str  # of λ
+    unit: SymbolicWrench  # its force and moment at λ = 1
 
 
 def _cut_open(kinematics: Kinematics, loop: Loop) -> Bond:
@@ -187,13 +180,17 @@ def _cut_open(kinematics: Kinematics, loop: Loop) -> Bond:
     within = _plane(a[2]) if loop.kind in ("pin", "plate") else None
     turning = loop.kind in ("pin", "plate") and within is None
     ties, units, one = list[Tie](), list[SymbolicWrench](), ring.number(1)
-    for row in (*_along(kinematics, loop, a, on_b - on_a, within), *_about(loop, a, b)):
-        demand = without_rounding(tidy(row.demand), [*on_a, *on_b] if row.shifts else [one])
+    for row, demand, meaning, unit in (
+        *_along(kinematics, loop, a, on_b - on_a, within),
+        *_about(loop, a, b),
+    ):
+        summed = [one] if row.startswith("r") else [*on_a, *on_b]
+        demand = without_rounding(tidy(demand), summed)
         if not demand.vanishes():
-            name = f"{loop.name}_{row.name}"
+            name = f"{loop.name}_{row}"
             multiplier = ring.unknown(f"lambda_{name}", Kind.REACTION)
-            ties.append(Tie(name, demand, multiplier, row.meaning))
-            units.append(row.unit)
+            ties.append(Tie(name, demand, multiplier, meaning))
+            units.append(unit)
     # axes that turn with body a carry the force's point of action along
     return Bond(
         name=f"the loop {loop.name}",
@@ -211,13 +208,8 @@ def _along(
     ring, nothing = algebra.ring, zero(algebra.ring)
     if loop.kind == "distance":
         length = algebra.series(loop.length)
-        demand = (dot(p, p) - length * length) / 2
-        yield _Row(
-            "l",
-            demand,
-            f"push of the rod {loop.name} over its length [N/m]",
-            SymbolicWrench(p, nothing),
-        )
+        meaning = f"push of the rod {loop.name} over its length [N/m]"
+        yield _Row("l", (dot(p, p) - length * length) / 2, meaning, SymbolicWrench(p, nothing))
         return
     world = [lift(ring, axis) for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
     flat = loop.kind in ("pin", "plate")

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, final
 
 import numpy as np
 
-from mecanique.derivation.laws import laws_of
+from mecanique.derivation.mechanics.forces import actions_of
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.constraints import bonds_of, ties_of
 from mecanique.derivation.symbolic.derivation import Assumption, Tie
-from mecanique.derivation.symbolic.forces import SymbolicSpan, travel
+from mecanique.derivation.symbolic.forces import assume_length
 from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
 from mecanique.derivation.symbolic.vectors import (
     SymbolicWrench,
     Vector,
+    along,
     cross,
     lift,
+    no_wrench,
     resultant,
     total,
     zero,
@@ -32,7 +34,6 @@ from mecanique.derivation.tree.poses import (
     poses,
     transpose,
 )
-from mecanique.model.force_base import AnyForce, BodyLoad, JointLoad, LineLoad
 from mecanique.model.guides import Guide
 from mecanique.model.joints import Joint, Revolute
 from mecanique.model.mechanism import Mechanism
@@ -65,6 +66,10 @@ class Axes:
     turn_labels: tuple[str, str, str]  # name of each; "" for the normal of a plane
     sentence: str  # a sentence that introduces them to the reader
     whose: str = "the world"  # name of the body whose axes x, y and z are, or "the world"
+
+    def along(self, wrench: SymbolicWrench) -> SymbolicWrench:
+        """Return the components of a wrench, or of a twist, along these directions."""
+        return SymbolicWrench(along(self.rows, wrench.force), along(self.turns, wrench.moment))
 
     @property
     def directions(self) -> Iterator[Direction]:
@@ -173,8 +178,7 @@ class Applied:
     """A force or couple on a body, in the axes of the body's carrier."""
 
     name: str
-    force: Vector  # [N]
-    moment: Vector  # a couple [N·m]
+    wrench: SymbolicWrench  # with a couple as its moment [N, N·m]
     arm: Vector  # vector from the origin of the body's frame to its point of action [m]
     velocity: Vector  # velocity of that point [m/s]
     ties: bool = False  # whether it is the unknown force of a contact or a loop
@@ -193,32 +197,27 @@ class Cut:
     fixed: bool  # whether the origin of its frame is at rest
     # vector from the origin of its frame to its center of mass; zero without mass [m]
     center: Vector
-    center_velocity: Vector  # [m/s]
-    spin: Vector  # angular velocity [rad/s]
-    push: Vector  # rate of the linear momentum [N]
-    momentum: Vector  # linear momentum [kg·m/s]
-    angular_momentum: Vector  # about the origin of its frame, ∫ y × x' dm [kg·m²/s]
-    turning: Vector  # moment of m a about the origin of its frame, ∫ y × x'' dm [N·m]
-    weight: Vector  # [N]
-    weight_moment: Vector  # about the origin of its frame [N·m]
+    twist: SymbolicWrench  # velocities of its center of mass and of rotation [m/s, rad/s]
+    # momentum ∫ x' dm and angular momentum ∫ y × x' dm about the origin of its frame
+    momentum: SymbolicWrench  # [kg·m/s, kg·m²/s]
+    # what accelerates it: ∫ x'' dm and ∫ y × x'' dm about the origin of its frame [N, N·m]
+    push: SymbolicWrench
+    weight: SymbolicWrench  # about the origin of its frame [N, N·m]
     applied: tuple[Applied, ...]  # springs, dampers, drives and loads
 
     @property
     def inert(self) -> bool:
         """Whether it has mass, or moments of inertia without mass, as rotating parts may."""
-        return bool(self.mass) or any(self.turning)
+        return bool(self.mass) or any(self.push.moment)
 
     def loads(self) -> SymbolicWrench:
         """Return the resultant of the applied forces, about the origin of the body's frame."""
-        nothing = zero(self.mass.ring)
-        acting = [
-            SymbolicWrench(action.force, action.moment).about(action.arm) for action in self.applied
-        ]
-        return resultant([SymbolicWrench(nothing, nothing), *acting]).tidy()
+        acting = [action.wrench.about(action.arm) for action in self.applied]
+        return resultant([no_wrench(self.mass.ring), *acting]).tidy()
 
-    def fall(self) -> SymbolicWrench:
-        """Return the weight, about the origin of the body's frame."""
-        return SymbolicWrench(self.weight, self.weight_moment)
+    def about_reference(self, wrench: SymbolicWrench) -> SymbolicWrench:
+        """Return a wrench about the fixed point, or else about the center of mass."""
+        return wrench.about(zero(self.mass.ring) if self.fixed else -self.center)
 
 
 @final
@@ -231,9 +230,17 @@ class Cuts:
         self.assumptions: list[Assumption] = []
         self.lengths: dict[str, Series] = {}
         self._applied: dict[str, list[Applied]] = {}
+        to_vector = partial(lift, self.algebra.ring)
         for force in self.algebra.mechanism.forces:
-            for body, place, wrench in self._act(force):
-                self._apply(force.name, body, place, wrench)
+            for action in actions_of(force, kinematics):
+                wrench = SymbolicWrench(to_vector(action.force), to_vector(action.moment))
+                self._apply(force.name, action.body, to_vector(action.origin), wrench)
+            span = kinematics.spans.get(force.name)
+            if span is not None and span.length is not None:
+                self.lengths[force.name] = span.length
+                # other forces contain only the square of the length, so its sign does not matter
+                if force.conservative:
+                    self.assumptions += assume_length(force.name, span.length)
         self.bonds = bonds_of(kinematics)
         for bond in self.bonds:
             self.assumptions += bond.assumptions
@@ -267,7 +274,7 @@ class Cuts:
             self.kinematics.velocity(body),
             self.kinematics.spin(body),
         )
-        applied = Applied(name, here.force, here.moment, arm, v + cross(w, arm), ties)
+        applied = Applied(name, here, arm, v + cross(w, arm), ties)
         self._applied.setdefault(body, []).append(applied)
 
     @cached_property
@@ -320,14 +327,16 @@ class Cuts:
             mass=mass,
             fixed=not any(velocity),
             center=lift(ring, [combination(row, point) for row in K]).tidy(),
-            center_velocity=lift(ring, [combination(row, [*point, 1]) for row in Kd]).tidy(),
-            spin=kinematics.spin(body),
-            push=kinematics.change(momentum, carrier).tidy(),
-            momentum=momentum.tidy(),
-            angular_momentum=total([spinning, cross(first, velocity)]).tidy(),
-            turning=total([tumbling, cross(first, acceleration)]).tidy(),
-            weight=fall * mass,
-            weight_moment=cross(first, fall),
+            twist=SymbolicWrench(
+                lift(ring, [combination(row, [*point, 1]) for row in Kd]).tidy(),
+                kinematics.spin(body),
+            ),
+            momentum=SymbolicWrench(momentum, total([spinning, cross(first, velocity)])).tidy(),
+            push=SymbolicWrench(
+                kinematics.change(momentum, carrier),
+                total([tumbling, cross(first, acceleration)]),
+            ).tidy(),
+            weight=SymbolicWrench(fall * mass, cross(first, fall)),
             applied=tuple(self._applied.get(body, ())),
         )
 
@@ -339,55 +348,6 @@ class Cuts:
             KJ = [combination(row, column[:3]) for column in columns]
             outer.append([self.algebra.lift(combination(KJ, rate[:3])) for rate in Kd])
         return Vector(*(outer[i][k] - outer[k][i] for i, k in ((1, 2), (2, 0), (0, 1))))
-
-    def _act(self, force: AnyForce) -> Iterator[tuple[str, Vector, SymbolicWrench]]:
-        """Yield each body that a force acts on, the place in the world, and the wrench there."""
-        nothing = zero(self.algebra.ring)
-        match force:
-            case LineLoad():
-                pull = SymbolicWrench(self._find_pull(force), nothing)
-                for end, acting in zip(force.ends, (pull, -pull), strict=True):
-                    yield end.body, self.kinematics.point(end.body, end.point), acting
-            case JointLoad():
-                for joint in map(self.algebra.mechanism.joint, force.joints):
-                    origin = self.kinematics.point(joint.child, ORIGIN)
-                    push = self._find_push(force, joint)
-                    yield joint.child, origin, push
-                    yield joint.parent, origin, -push
-            case BodyLoad():
-                wrench = force.wrench
-                parts = [
-                    nothing if given is None else self._in_world(given, wrench.axes)
-                    for given in (wrench.force, wrench.torque)
-                ]
-                place = self.kinematics.point(wrench.body, wrench.point)
-                yield wrench.body, place, SymbolicWrench(*parts)
-
-    def _in_world(self, given: Sequence[Any], axes: str) -> Vector:
-        """Return a vector, given in the axes of a body or the "world", in the world's."""
-        return self.kinematics.vector(given, axes, self.algebra.mechanism.ground)
-
-    def _find_pull(self, force: LineLoad) -> Vector:
-        """Return a force on the first of its ends, along the line between them."""
-        span = SymbolicSpan(self.kinematics, force)
-        pull = total([law.pull(span) for law in laws_of(force, self.algebra.series)])
-        if span.length is not None:
-            self.lengths[force.name] = span.length
-        # other forces contain only the square of the length, so its sign does not matter
-        if span.assumption is not None and force.conservative:
-            self.assumptions.append(span.assumption)
-        return pull
-
-    def _find_push(self, force: JointLoad, joint: Joint) -> SymbolicWrench:
-        """Return a joint's force on its child, along or about its axis."""
-        algebra, nothing = self.algebra, zero(self.algebra.ring)
-        link = self.kinematics.tree[self.kinematics.place[joint.child]]
-        along = travel(algebra, joint.name)
-        pulls = [law.pull(along) for law in laws_of(force, algebra.series)]
-        along_axis = self._in_world(link.axis, joint.child) * -algebra.ring.sum(pulls)
-        if link.kind == "slide":
-            return SymbolicWrench(along_axis, nothing)
-        return SymbolicWrench(nothing, along_axis)
 
 
 def state_momentum_balance(cut: Cut, moving: bool) -> str:

@@ -4,92 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import final
 
 from mecanique.derivation.laws import Elastic, Law, Travel, laws_of
+from mecanique.derivation.mechanics.forces import Span, line_of_action
 from mecanique.derivation.scalars.cancel import integrate, tidy
-from mecanique.derivation.scalars.series import Kind, Ring, Series
+from mecanique.derivation.scalars.series import GIVEN, Kind, Ring, Series
 from mecanique.derivation.symbolic.derivation import Assumption
-from mecanique.derivation.symbolic.kinematics import Kinematics
+from mecanique.derivation.symbolic.kinematics import Kinematics, moves
 from mecanique.derivation.symbolic.symbols import Algebra
-from mecanique.derivation.symbolic.vectors import Vector, dot, zero
+from mecanique.derivation.symbolic.vectors import Vector
 from mecanique.errors import DerivationError
-from mecanique.model.expression import DISTANCE
-from mecanique.model.force_base import AnyForce, BodyLoad, LineLoad, WrenchOnBody
+from mecanique.model.force_base import AnyForce, BodyLoad, WrenchOnBody
 from mecanique.model.mechanism import Mechanism
 
 MOST_VELOCITIES = 12
 """Where more can move, the potentials of loads are not sought: their series would be too long."""
 
 
-@final
-class SymbolicSpan:
-    """The line between the ends of a force, as series."""
-
+def assume_length(force: str, length: Series) -> tuple[Assumption, ...]:
+    """Return the assumption about the sign of a distance that is no root, if it can change."""
     # If the squared distance is the square of a polynomial, the distance is that polynomial, taken
     # as positive where all coordinates are zero; otherwise it is adjoined as a root
-
-    name = DISTANCE
-
-    def __init__(self, kinematics: Kinematics, force: LineLoad) -> None:
-        self._kinematics = kinematics
-        self._subject = f"the length of {force.name}"
-        a, b = (kinematics.point(end.body, end.point) for end in force.ends)
-        self.reach = (b - a).tidy()
-        """The vector from the first end to the other, world axes [m]."""
-        self.length: Series | None = None
-        """The distance, once it has been requested."""
-
-    @cached_property
-    def square(self) -> Series:
-        """The square of the distance."""
-        return dot(self.reach, self.reach)
-
-    @cached_property
-    def x(self) -> Series:
-        """The distance."""
-        self.length = self._kinematics.algebra.root(self.square)
-        return self.length
-
-    @property
-    def values(self) -> dict[str, Series]:
-        """The distance, by the name that potentials call it."""
-        return {DISTANCE: self.x}
-
-    @cached_property
-    def rate(self) -> Series:
-        """The rate of the distance."""
-        return tidy(self.x.ddt())
-
-    def direct(self, slope: Series | None, size: Series | None) -> Vector:
-        """Return (slope · x + size) e."""
-        pull = zero(self._kinematics.algebra.ring) if slope is None else self.reach * slope
-        if size is None:
-            return pull
-        ratio = self._kinematics.ground.ratio
-        unit = Vector(*(ratio(component, self.x) for component in self.reach))
-        return pull + unit * size
-
-    @property
-    def assumption(self) -> Assumption | None:
-        """The assumption about the sign of the distance, if it was used and can change."""
-        root = self.length
-        if root is None:
-            return None
-        ring, generators = root.ring, root.generators()
-        moves = any(g.kind in (Kind.COORDINATE, Kind.TIME, Kind.INPUT) for g in generators)
-        rational = all(
-            ring.atoms[g.index].argument.is_number for g in generators if g.index in ring.atoms
-        )
-        return Assumption(self._subject, root) if moves and rational else None
-
-
-def travel(algebra: Algebra, joint: str) -> Travel:
-    """Return the coordinate of a joint, which a force acts along."""
-    name = algebra.mechanism.joint(joint).coordinates[-1]
-    x = algebra.lift(algebra.values[name])
-    return Travel(x, tidy(x.ddt()), name)
+    atoms = length.ring.atoms
+    rational = all(
+        atoms[g.index].argument.is_number for g in length.generators() if g.index in atoms
+    )
+    return (Assumption(f"the length of {force}", length),) if moves(length) and rational else ()
 
 
 def length_names(ring: Ring, lengths: Iterable[tuple[str, Series]]) -> dict[str, str]:
@@ -134,23 +76,19 @@ def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
         yield _find_work(kinematics, force.name, force.wrench)
         return
     for law in laws_of(force, algebra.series):
-        along = (
-            SymbolicSpan(kinematics, force)
-            if isinstance(force, LineLoad)
-            else travel(algebra, force.joints[0])
-        )
+        along = line_of_action(force, kinematics)
         scalar = law.scalar(along)
         forces = _find_forces(algebra, law, along, scalar)
+        length = along.length if isinstance(along, Span) else None
         # in the other laws only the square of the length occurs, so its sign does not matter
-        spanned = along if isinstance(along, SymbolicSpan) else None
-        taken = spanned.assumption if spanned and law.kind == "potential" else None
+        signed = None if law.kind != "potential" else length
         yield Work(
             name=force.name,
             kind=law.kind,
             scalar=scalar,
             forces=forces,
-            assumptions=() if taken is None else (taken,),
-            length=None if spanned is None else spanned.length,
+            assumptions=() if signed is None else assume_length(force.name, signed),
+            length=length,
             square=_find_square(law, along),
             elastic=isinstance(law, Elastic),
         )
@@ -162,9 +100,8 @@ def find_potential(algebra: Algebra, load: Work) -> Work:
     ring, names = algebra.ring, [*algebra.mechanism.coordinates]
     if load.kind != "work" or [f"{name}'" for name in names] != [*algebra.velocities]:
         return load
-    fixed = (Kind.COORDINATE, Kind.PARAMETER, Kind.CONSTANT)
-    used = {g.kind for force in load.forces for g in force.generators()}
-    if not used <= {*fixed} or Kind.COORDINATE not in used:
+    used = set[Kind]().union(*(force.kinds for force in load.forces))
+    if not used <= {*GIVEN, Kind.COORDINATE} or Kind.COORDINATE not in used:
         return load
     V = ring.number(0)
     for name, force in zip(names, load.forces, strict=True):
@@ -198,7 +135,7 @@ def stored_in_loads(mechanism: Mechanism) -> Mapping[str, Series]:
     return stored
 
 
-def _find_square(law: Law, along: SymbolicSpan | Travel) -> tuple[Series, Series] | None:
+def _find_square(law: Law, along: Span | Travel) -> tuple[Series, Series] | None:
     """Return stiffness and elongation of a spring with a free length or in a joint, else None."""
     if not isinstance(law, Elastic) or not (law.rest or isinstance(along, Travel)):
         return None
@@ -206,7 +143,7 @@ def _find_square(law: Law, along: SymbolicSpan | Travel) -> tuple[Series, Series
 
 
 def _find_forces(
-    algebra: Algebra, law: Law, along: SymbolicSpan | Travel, scalar: Series | None
+    algebra: Algebra, law: Law, along: Span | Travel, scalar: Series | None
 ) -> tuple[Series, ...]:
     """Return the generalized forces: −∂V/∂q of a potential, −f ∂x/∂q of a pull f."""
     if law.kind == "potential" and scalar is not None:

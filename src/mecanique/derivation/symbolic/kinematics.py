@@ -7,16 +7,18 @@ joint that leads to it from the ground; in the axes of that body no quaternion a
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, final
 
+from mecanique.derivation.laws import Travel
 from mecanique.derivation.mechanics.elements import Ground
+from mecanique.derivation.mechanics.forces import Span
 from mecanique.derivation.scalars.cancel import tidy
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.series import TIMED, Kind, Series
 from mecanique.derivation.symbolic.derivation import Left, Result, Stage, list_components
 from mecanique.derivation.symbolic.symbols import Algebra
-from mecanique.derivation.symbolic.vectors import Vector, lift, zero
+from mecanique.derivation.symbolic.vectors import SymbolicWrench, Vector, lift, zero
 from mecanique.derivation.tree.links import links, place_of
 from mecanique.derivation.tree.poses import (
     IDENTITY,
@@ -25,6 +27,7 @@ from mecanique.derivation.tree.poses import (
     local,
     moments,
     origin,
+    plus,
     product,
     times_point,
 )
@@ -32,6 +35,8 @@ from mecanique.errors import DerivationError
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.shapes import HOMOGENEOUS
 from mecanique.model.expression import Scalar
+from mecanique.model.force_base import LineLoad
+from mecanique.model.mechanism import Mechanism
 from mecanique.wording import enumerate_words
 
 ORIGIN = (0, 0, 0)
@@ -49,6 +54,8 @@ class Kinematics:
         self._carriers: list[int] = []
         self._relative: list[Matrix] = []
         self._frames: dict[int, Matrix] = {-1: IDENTITY}
+        self.spans: dict[str, Span] = {}
+        """The lines between the ends of the forces asked for, by the force's name."""
         values, arithmetic = algebra.values, algebra.arithmetic
         for place, link in enumerate(self.tree):
             parent = self._relative[link.parent] if link.parent >= 0 else IDENTITY
@@ -56,7 +63,7 @@ class Kinematics:
             here = product(origin(link.origin, values, arithmetic), local(link, values, arithmetic))
             pose = product(parent, here)
             if link.kind in ("ball", "free"):
-                if carrier >= 0 or any(_moves(entry) for row in parent for entry in row[:3]):
+                if carrier >= 0 or any(moves(entry) for row in parent for entry in row[:3]):
                     raise DerivationError(
                         f"joint {link.joint!r} turns by a quaternion on a body that turns; such "
                         "equations are computed, not written out: describe the joint by three "
@@ -94,9 +101,9 @@ class Kinematics:
             return IDENTITY
         return product(self._frames[self._of(place)], self._relative[place])
 
-    def point(self, body: str, point: Sequence[Scalar]) -> Vector:
+    def point(self, body: str, place: Sequence[Scalar]) -> Vector:
         """Return a point of a body, given in its frame, in the world [m]."""
-        return lift(self.algebra.ring, times_point(self.pose(body), self._scalars(point)))
+        return lift(self.algebra.ring, times_point(self.pose(body), self.components(place)))
 
     def rate(self, body: str) -> Matrix:
         """Return the rate of a body's pose in its carrier's axes, three rows of four scalars."""
@@ -110,11 +117,11 @@ class Kinematics:
         if carrier < 0:
             return change
         carried = product(self._twist(carrier), K)
-        return [list(map(_sum, *rows)) for rows in zip(carried, change, strict=True)]
+        return [list(map(plus, *rows)) for rows in zip(carried, change, strict=True)]
 
     def velocity(self, body: str, point: Sequence[Scalar] = ORIGIN) -> Vector:
         """Return the velocity of a point, given in the body's frame, in carrier axes [m/s]."""
-        return lift(self.algebra.ring, times_point(self.rate(body), self._scalars(point)))
+        return lift(self.algebra.ring, times_point(self.rate(body), self.components(point)))
 
     def spin(self, body: str) -> Vector:
         """Return the angular velocity of a body in its carrier's axes [rad/s]."""
@@ -125,9 +132,13 @@ class Kinematics:
         pairs = ((2, 1), (0, 2), (1, 0))
         return lift(ring, [combination(rate[i][:3], turn[k][:3]) for i, k in pairs])
 
+    def twist(self, body: str) -> SymbolicWrench:
+        """Return the velocity of a body's origin and its spin, in its carrier's axes."""
+        return SymbolicWrench(self.velocity(body), self.spin(body))
+
     def vector(self, components: Sequence[Scalar], axes: str, body: str) -> Vector:
         """Return a vector, given in the axes of a body or the "world", in a body's carrier's."""
-        given = self._scalars(components)
+        given = self.components(components)
         at = -1 if axes == "world" else self.place[axes]
         if at >= 0:
             given = [combination(row[:3], given) for row in self._relative[at]]
@@ -141,6 +152,41 @@ class Kinematics:
             given = [combination(row[:3], given) for row in out]
             given = [combination(column, given) for column in back]
         return lift(self.algebra.ring, given)
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """Whose kinematics they are."""
+        return self.algebra.mechanism
+
+    def number(self, scalar: Scalar, given: Mapping[str, Series] | None = None) -> Series:
+        """Return a scalar of the description as a series; values of more letters may be given."""
+        return self.algebra.series(scalar, given)
+
+    def in_world(self, components: Sequence[Scalar], axes: str) -> Vector:
+        """Return a vector, given in the axes of a body or the "world", in the world's."""
+        return self.vector(components, axes, self.mechanism.ground)
+
+    def span(self, force: LineLoad) -> Span:
+        """Return the line between the ends of a force, world axes."""
+        if force.name not in self.spans:
+            a, b = (self.point(end.body, end.point) for end in force.ends)
+            self.spans[force.name] = Span(
+                [*(b - a).tidy()],
+                self.algebra.root,
+                lambda span: tidy(span.x.ddt()),
+                self.ground.ratio,
+            )
+        return self.spans[force.name]
+
+    def travel(self, joint: str) -> Travel:
+        """Return the coordinate of a joint, which a force acts along."""
+        name = self.mechanism.joint(joint).coordinates[-1]
+        x = self.algebra.lift(self.algebra.values[name])
+        return Travel(x, tidy(x.ddt()), name)
+
+    def components(self, given: Sequence[Scalar]) -> list[Any]:
+        """Return components of the description as series or plain numbers."""
+        return [self.algebra.arithmetic(c, self.algebra.values) for c in given]
 
     def change(self, vector: Vector, carrier: int) -> Vector:
         """Return the inertial rate of a vector, x' + ω × x, in the axes of its carrier."""
@@ -175,9 +221,6 @@ class Kinematics:
         described = self.algebra.mechanism.bodies
         return tuple(b.name for b in described if b.shapes and self.place[b.name] >= 0)
 
-    def _scalars(self, components: Sequence[Scalar]) -> list[Any]:
-        return [self.algebra.arithmetic(c, self.algebra.values) for c in components]
-
     def _pose(self, place: int) -> Matrix:
         """Return the pose of a link in its carrier."""
         return self._relative[place] if place >= 0 else IDENTITY
@@ -189,7 +232,7 @@ class Kinematics:
         """Return the twist (ω̂, v) of a carrier in its own axes."""
         *linear, x, y, z = (self.algebra.values[name] for name in self.tree[carrier].velocities)
         *axes, carried = zip(*self._frames[carrier], strict=True)
-        if not linear and any(map(_moves, carried)):
+        if not linear and any(map(moves, carried)):
             rates = [*map(_ddt, carried)]
             linear = [combination(axis, rates) for axis in axes]
         u, v, w = linear or (0, 0, 0)
@@ -205,18 +248,13 @@ def _divide(a: Series, b: Series) -> Series:
     return tidy(a / b)
 
 
-def _moves(entry: Any) -> bool:
-    if not isinstance(entry, Series):
-        return False
-    return any(g.kind in (Kind.COORDINATE, Kind.TIME, Kind.INPUT) for g in entry.generators())
+def moves(entry: Any) -> bool:
+    """Return whether a scalar of a position changes."""
+    return isinstance(entry, Series) and not entry.kinds.isdisjoint({Kind.COORDINATE, *TIMED})
 
 
 def _ddt(entry: Any) -> Any:
     return entry.ddt() if isinstance(entry, Series) else 0
-
-
-def _sum(a: Any, b: Any) -> Any:
-    return combination((1, 1), (a, b))
 
 
 def inertia_stages(kinematics: Kinematics) -> list[Stage]:

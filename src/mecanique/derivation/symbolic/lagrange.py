@@ -23,7 +23,7 @@ from mecanique.derivation.printing.equations import (
 from mecanique.derivation.printing.writers import Expression
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.polynomials import exponents
-from mecanique.derivation.scalars.series import Euler, Kind, Series
+from mecanique.derivation.scalars.series import TIMED, Euler, Kind, Series
 from mecanique.derivation.symbolic.constraints import bonds_of, ties_of
 from mecanique.derivation.symbolic.derivation import (
     Derivation,
@@ -197,7 +197,7 @@ def energy_integral(lagrange: Lagrange, *, by_squares: bool = True) -> list[Stag
 
 def _is_timed(series: Series) -> bool:
     """Return whether time or an input is in a series."""
-    return any(g.kind in (Kind.TIME, Kind.INPUT) for g in series.generators())
+    return not series.kinds.isdisjoint(TIMED)
 
 
 def _find_orders(series: Series) -> set[int]:
@@ -212,7 +212,7 @@ def _find_orders(series: Series) -> set[int]:
 def _split_by_degree(series: Series) -> dict[int, Series]:
     """Split a series into parts by their degree in the velocities."""
     ring = series.ring
-    velocities = [g.name for g in ring.generators if g.kind is Kind.VELOCITY]
+    velocities = ring.names(Kind.VELOCITY)
     found: dict[int, list[Series]] = {}
     for powers, coefficient in series.coefficients(velocities).items():
         rates = [ring[name] ** e for name, e in zip(velocities, powers, strict=True) if e]

@@ -25,15 +25,16 @@ from mecanique.derivation.numeric.constraints.redundancy import find_redundancy
 from mecanique.derivation.printing.equations import expression, shorter
 from mecanique.derivation.printing.expressions import to_formula, to_power
 from mecanique.derivation.printing.formulas import add, multiply
-from mecanique.derivation.printing.trigforms import common_monomial, common_number, monomial_series
+from mecanique.derivation.printing.trigforms import common_monomial, common_number
 from mecanique.derivation.printing.writers import Equation, Expression
 from mecanique.derivation.scalars.cancel import divide_by_wave, tidy
 from mecanique.derivation.scalars.polynomials import exponents, power
-from mecanique.derivation.scalars.series import Kind, Ring, Series
+from mecanique.derivation.scalars.series import GIVEN, Kind, Ring, Series
 from mecanique.derivation.symbolic.derivation import Left, Matrix, Result, Stage, Tie, project
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
+from mecanique.wording import enumerate_words
 
 Column: TypeAlias = "list[Series]"
 """A part for each velocity."""
@@ -143,9 +144,7 @@ def solve_multipliers(
 
 def is_constant(entry: Series) -> bool:
     """Return whether a series is one product of parameters, which is never zero."""
-    return entry.is_unit and all(
-        g.kind in (Kind.PARAMETER, Kind.CONSTANT) for g in entry.generators()
-    )
+    return entry.is_unit and entry.kinds <= GIVEN
 
 
 def divide_common(column: Sequence[Series], *kinds: Kind) -> list[Series]:
@@ -153,7 +152,7 @@ def divide_common(column: Sequence[Series], *kinds: Kind) -> list[Series]:
     whole = [polynomial for entry in column for polynomial in _list_polynomials(entry)]
     if not whole:
         return list(column)
-    shared = monomial_series(whole[0].ring, common_monomial(whole, {*kinds} or {Kind.PARAMETER}))
+    shared = whole[0].ring.monomial(common_monomial(whole, {*kinds} or {Kind.PARAMETER}))
     divisor = shared * common_number(whole)
     return [entry / divisor for entry in column]
 
@@ -227,21 +226,17 @@ def redundancy_stages(mechanism: Mechanism, *, of_work: bool = False) -> list[St
         return []
     verb, restrain = ("follows", "it restrains") if len(rows) == 1 else ("follow", "they restrain")
     sentence = (
-        f"In every position that the constraints allow, {_list(rows)} {verb} from the others and "
-        f"from how the joints lead the bodies: {restrain} nothing more."
+        f"In every position that the constraints allow, {enumerate_words(rows)} {verb} from the "
+        f"others and from how the joints lead the bodies: {restrain} nothing more."
     )
     if not of_work and len(shared) == 1:
         sentence += f" The force of {shared[0]} is undetermined."
     elif not of_work:
         sentence += (
-            f" The forces of {_list(shared)} are undetermined individually; only their combined "
-            "effect follows from the motion."
+            f" The forces of {enumerate_words(shared)} are undetermined individually; only their "
+            "combined effect follows from the motion."
         )
     return [Stage("Redundant constraints", sentence, ())]
-
-
-def _list(names: tuple[str, ...]) -> str:
-    return " and ".join([", ".join(names[:-1]), names[-1]] if names[1:] else names)
 
 
 _LONGEST_RATE = 40
@@ -446,6 +441,12 @@ def _solve_by_cramer(
         shared = divide_waves([tidy(entry) for entry in column])
         displacements.append(make_positive(divide_common(shared, Kind.PARAMETER, Kind.COORDINATE)))
     return displacements
+
+
+def list_alone(basis: Sequence[Column]) -> list[list[int]]:
+    """Return for each displacement the velocities that it alone changes, at the rate 1."""
+    users = [sum(map(bool, parts)) for parts in zip(*basis, strict=True)]
+    return [[i for i, x in enumerate(column) if x == 1 and users[i] == 1] for column in basis]
 
 
 Product: TypeAlias = Callable[[Series, Series], Series]

@@ -106,20 +106,23 @@ class NewtonEuler:
     def _balance(self, cut: Cut) -> Iterator[Stage]:
         """Yield the steps with the balances of one body, in terms of named reactions."""
         moving = self._list_accelerations(cut)
-        left, right = along(cut.axes.rows, cut.push), self.balances.forces_along(cut)
-        forces = [Result(a, b) for a, b in zip(left, right, strict=True) if a or b]
+        push = cut.axes.along(cut.about_reference(cut.push))
+        acting = self.balances.acting_along(cut)
+        forces, moments = (
+            [Result(a, b) for a, b in zip(*pair, strict=True) if a or b]
+            for pair in ((push.force, acting.force), (push.moment, acting.moment))
+        )
         acting_on = self._list_acting(cut)
         if not (cut.inert or forces or acting_on):  # it only leads others
             return
         what = enumerate_words(acting_on) if acting_on else "nothing"
-        acting = f"Cut free, {cut.body} is acted on by {what}."
-        sentence = f"{acting} {cut.axes.sentence} {state_momentum_balance(cut, bool(moving))}"
+        sentence = (
+            f"Cut free, {cut.body} is acted on by {what}. {cut.axes.sentence} "
+            f"{state_momentum_balance(cut, bool(moving))}"
+        )
         yield Stage(f"Free body {cut.body}: forces", sentence, (*moving, *forces))
-        stored = along(cut.axes.turns, self.balances.angular_momentum(cut))
+        stored = cut.axes.along(cut.about_reference(cut.momentum)).moment
         momenta = list_components(f"H_{cut.body}", cut.axes.labels, stored)
-        left = along(cut.axes.turns, self.balances.turning(cut))
-        right = self.balances.moments_along(cut)
-        moments = [Result(a, b) for a, b in zip(left, right, strict=True) if a or b]
         if moments:
             yield Stage(
                 f"Free body {cut.body}: moments", state_moment_balance(cut), (*momenta, *moments)
@@ -135,7 +138,7 @@ class NewtonEuler:
                 if self.balances.transmits(cut)
                 else []
             ),
-            *(["its weight"] if any(cut.weight) else []),
+            *(["its weight"] if any(cut.weight.force) else []),
             *dict.fromkeys(action.name for action in cut.applied),
             *self.balances.guiding.acting_on(cut),
             *(f"the opposite of {self._name_total(child)} {child.joint.name}" for child in hung),
@@ -157,8 +160,8 @@ class NewtonEuler:
         center = self.algebra.mechanism.body(cut.body).center
         place = kinematics.point(cut.body, center).tidy()
         results = [*list_components(f"r_{cut.body}", "xyz", place)]
-        a = kinematics.change(cut.center_velocity, cut.carrier)
-        for letter, vector in (("v", cut.center_velocity), ("a", a)):
+        v = cut.twist.force
+        for letter, vector in (("v", v), ("a", kinematics.change(v, cut.carrier))):
             parts = along(cut.axes.rows, vector)
             results += list_components(f"{letter}_{cut.body}", cut.axes.labels, parts)
         return results

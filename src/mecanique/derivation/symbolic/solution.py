@@ -27,7 +27,7 @@ from mecanique.derivation.scalars.cancel import (
 from mecanique.derivation.scalars.evaluation import Substitution
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.polynomials import exponents
-from mecanique.derivation.scalars.series import Kind, Ring, Series, canonical
+from mecanique.derivation.scalars.series import GIVEN, Kind, Series, canonical
 from mecanique.derivation.symbolic.derivation import (
     Derivation,
     Left,
@@ -46,6 +46,7 @@ from mecanique.derivation.symbolic.multipliers import (
     divide_waves,
     identity,
     is_constant,
+    list_alone,
     make_positive,
     name_of,
     select,
@@ -194,11 +195,9 @@ class _Solving:
     def _find_kept(self) -> tuple[int, ...]:
         """Return the velocity that each independent displacement is, none unless all are."""
         found = list[int]()
-        users = [sum(map(bool, parts)) for parts in zip(*self.allowed.basis, strict=True)]
         # with x' = z' the velocity that gives way has an entry of 1 as well
         gone = {k for _, u in self.allowed.pulls for k, entry in enumerate(u) if entry}
-        for column in self.allowed.basis:
-            alone = [i for i, entry in enumerate(column) if entry == 1 and users[i] == 1]
+        for alone in list_alone(self.allowed.basis):
             found += [i for i in alone if i not in gone][:1]
         return tuple(found) if len(found) == len(self.allowed.basis) else ()
 
@@ -369,15 +368,12 @@ def _list_shares(series: Series, rate: Series) -> Iterator[Series]:
     for trig, monomial, c in rate.terms():
         for other, whole, size in series.terms():
             share = whole - monomial, size / c
-            if other == trig and share not in seen and _is_finite(ring, share[0]):
+            if other != trig or share in seen:
+                continue
+            # what may vanish is not divided by
+            if all(e > 0 or ring.generators[i].kind in GIVEN for i, e in exponents(share[0])):
                 seen.add(share)
                 yield canonical(ring, {0: {share[0]: 1}}, 1, series.reach) * share[1]
-
-
-def _is_finite(ring: Ring, monomial: int) -> bool:
-    """Return whether a monomial is divided by parameters alone."""
-    given = (Kind.PARAMETER, Kind.CONSTANT)
-    return all(e > 0 or ring.generators[i].kind in given for i, e in exponents(monomial))
 
 
 def _count(solution: EliminatedSolution) -> int:
@@ -480,7 +476,8 @@ def result_of(derivation: Derivation) -> tuple[str, list[Equation | Result]]:
         lines += solved.turned
     integrals = [*_list_integrals(derivation.stages)]
     if integrals:
-        letters = enumerate_words([*dict.fromkeys(map(_letter, integrals))])
+        lefts = [line.left for line in integrals if isinstance(line.left, Left)]
+        letters = enumerate_words([*dict.fromkeys(left.symbol for left in lefts)])
         are = "is" if len(integrals) == 1 else "are"
         said.append(f"Along any motion {letters} {are} constant.")
     return " ".join(said), [*lines, *integrals]
@@ -497,8 +494,3 @@ def _list_integrals(stages: tuple[Stage, ...]) -> Iterator[Result]:
         for line in stage.results:
             if isinstance(line.left, Left) and line.left.quantity == "p" and line.left.component:
                 yield line
-
-
-def _letter(line: Result) -> str:
-    assert isinstance(line.left, Left)
-    return line.left.symbol

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
+from itertools import chain, count
 from typing import Any, final
 
 from mecanique.derivation.numeric.newton_euler import refuse_misfits
@@ -54,7 +55,7 @@ class Algebra:
                 values |= self._quaternion(quasi[name])
             elif name not in values:
                 values[name] = ring.coordinate(name)
-                values[f"{name}'"] = ring.velocity(name)
+                values[f"{name}'"] = ring[f"{name}'"]
         for parameter in mechanism.parameters:
             values[parameter.symbol] = ring.parameter(parameter.symbol)
             ring.places[parameter.symbol] = _place(parameter.unit)
@@ -117,9 +118,8 @@ class Algebra:
 
     def root(self, square: Series) -> Series:
         """Return the square root of a squared distance, positive where all coordinates are zero."""
-        taken = {generator.name for generator in self.ring.generators}
-        names = ("rho", *(f"rho{k}" for k in range(2, len(taken) + 3)))
-        root: Series = sqrt(square, name=next(name for name in names if name not in taken))
+        names = chain(["rho"], (f"rho{k}" for k in count(2)))
+        root: Series = sqrt(square, name=self.ring.choose_name(names))
         return -root if self.at_rest(root) < 0 else root
 
     def at_rest(self, series: Series) -> float:

@@ -46,19 +46,17 @@ class Vector:
 @final
 @dataclass(frozen=True)
 class SymbolicWrench:
-    """A force and a moment.
-
-    Args:
-        force: [N].
-        moment: moment about a point that the user chooses [N·m].
-    """
+    """A force and a moment, or a twist: the velocity of a point and the angular velocity."""
 
     force: Vector
-    moment: Vector
+    moment: Vector  # about a point that the user chooses
 
     def part(self, kind: str) -> Vector:
         """Return the "force" or the "moment"."""
         return self.force if kind == "force" else self.moment
+
+    def __add__(self, other: SymbolicWrench) -> SymbolicWrench:
+        return SymbolicWrench(self.force + other.force, self.moment + other.moment)
 
     def __sub__(self, other: SymbolicWrench) -> SymbolicWrench:
         return SymbolicWrench(self.force - other.force, self.moment - other.moment)
@@ -68,6 +66,11 @@ class SymbolicWrench:
 
     def __mul__(self, factor: Series | int) -> SymbolicWrench:
         return SymbolicWrench(self.force * factor, self.moment * factor)
+
+    def power(self, twist: SymbolicWrench) -> Series:
+        """Return the power in a twist, or the virtual work in what belongs to it."""
+        pairs = zip((*self.force, *self.moment), (*twist.force, *twist.moment), strict=True)
+        return self.force.x.ring.sum([a * b for a, b in pairs])
 
     def about(self, arm: Vector) -> SymbolicWrench:
         """Return it with the moment about the start of an arm at whose end it acts."""
@@ -81,6 +84,11 @@ class SymbolicWrench:
 def zero(ring: Ring) -> Vector:
     """Return the vector 0."""
     return Vector(*[ring.number(0)] * 3)
+
+
+def no_wrench(ring: Ring) -> SymbolicWrench:
+    """Return the wrench 0."""
+    return SymbolicWrench(zero(ring), zero(ring))
 
 
 def lift(ring: Ring, components: Sequence[Any]) -> Vector:

@@ -17,7 +17,7 @@ import numpy as np
 
 from mecanique.derivation.printing.equations import distribute
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.series import GIVEN, Kind, Series
 from mecanique.derivation.symbolic.balances import FreeBodies
 from mecanique.derivation.symbolic.cutting import Cut, Cuts
 from mecanique.derivation.symbolic.derivation import (
@@ -33,12 +33,22 @@ from mecanique.derivation.symbolic.forces import length_names
 from mecanique.derivation.symbolic.kinematics import inertia_stages, quaternion_stages
 from mecanique.derivation.symbolic.multipliers import (
     independent_displacements,
+    list_alone,
     loop_stages,
     name_of,
     redundancy_stages,
 )
 from mecanique.derivation.symbolic.symbols import Algebra, coordinate_of
-from mecanique.derivation.symbolic.vectors import Vector, along, cross, dot, lift, total
+from mecanique.derivation.symbolic.vectors import (
+    SymbolicWrench,
+    Vector,
+    along,
+    cross,
+    dot,
+    lift,
+    total,
+    zero,
+)
 from mecanique.derivation.tolerances import ALIGNED
 from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
@@ -141,11 +151,8 @@ def _divide(moment: Series, force: Series) -> Series | None:
     (trig, monomial, c) = next(iter(force.terms()))
     for other_trig, other, d in moment.terms():
         if other_trig == trig:
-            ratio = Series(
-                force.ring, {0: {other - monomial: 1}}, 1, force.reach + moment.reach
-            ) * (d / c)
-            kinds = {generator.kind for generator in ratio.generators()}
-            if kinds <= {Kind.PARAMETER, Kind.CONSTANT} and (moment - ratio * force).vanishes():
+            ratio = force.ring.monomial(other - monomial) * (d / c)
+            if ratio.kinds <= GIVEN and (moment - ratio * force).vanishes():
                 return ratio
     return None
 
@@ -183,6 +190,10 @@ class Displacements:
         partials = self.ring.partials
         return Vector(*(self.sum(partials(component)) for component in velocity)).tidy()
 
+    def vary_twist(self, twist: SymbolicWrench) -> SymbolicWrench:
+        """Return the virtual displacement and rotation that belong to a twist."""
+        return SymbolicWrench(self.vary(twist.force), self.vary(twist.moment))
+
     def sum(self, slopes: Sequence[Series]) -> Series:
         """Return Σ ∂v/∂q' δq for the slopes ∂v/∂q' of a component."""
         pairs = zip(slopes, self.deltas, strict=True)
@@ -213,32 +224,23 @@ class Ledger:
         """Enter a body: return the work of weight, inertia forces and loads, entry by entry."""
         lines: list[Result] = []
         body = cut.body
-        rotation = self.displacements.vary(cut.spin)
-        at_center = self.displacements.vary(cut.center_velocity)
+        at_center = self.displacements.vary_twist(cut.twist)
+        rotation = at_center.moment
         if cut.inert:
-            if any(cut.weight):
-                fall = (cut.weight, at_center)
-                self.weights.append(self._enter(lines, _FORCE, f"weight_{body}", cut, fall))
+            if any(cut.weight.force):
+                weight = SymbolicWrench(cut.weight.force, zero(self._ring))
+                self.weights.append(self._enter(lines, f"weight_{body}", cut, weight, at_center))
             seat, couple = self._seat_of_inertia(cut)
-            shift = at_center if seat is None else seat
-            pairs = (_FORCE, (-cut.push, shift)), (_COUPLE, (couple, rotation))
-            self.inertia.append(
-                self._ring.sum(
-                    self._enter(lines, letters, f"inertia_{body}", cut, pair, known=True)
-                    for letters, pair in pairs
-                )
-            )
+            moved = at_center if seat is None else SymbolicWrench(seat, rotation)
+            inertia = SymbolicWrench(-cut.push.force, couple)
+            work = self._enter(lines, f"inertia_{body}", cut, inertia, moved, known=True)
+            self.inertia.append(work)
         for action in cut.applied:
             if action.ties:  # where bodies touch or are joined, both points move alike
                 continue
             name = f"{action.name}_{body}" if self._acting[action.name] > 1 else action.name
-            shift = self.displacements.vary(action.velocity)
-            pairs = (_FORCE, (action.force, shift)), (_COUPLE, (action.moment, rotation))
-            self.loads.append(
-                self._ring.sum(
-                    self._enter(lines, letters, name, cut, pair) for letters, pair in pairs
-                )
-            )
+            moved = SymbolicWrench(self.displacements.vary(action.velocity), rotation)
+            self.loads.append(self._enter(lines, name, cut, action.wrench, moved))
         return lines
 
     def locate(self, cut: Cut) -> str:
@@ -246,10 +248,12 @@ class Ledger:
         if not cut.inert:
             return ""
         if self._seat_of_inertia(cut)[0] is not None:
-            weight = "The weight acts at the center of mass, t" if any(cut.weight) else "T"
+            falls = any(cut.weight.force)
+            weight = "The weight acts at the center of mass, t" if falls else "T"
             where = f"where their resultant acts, at the distance s_{cut.body}"
             return f" {weight}he inertia forces {where}."
-        both = "Weight and inertia forces act" if any(cut.weight) else "The inertia forces act"
+        falls = any(cut.weight.force)
+        both = "Weight and inertia forces act" if falls else "The inertia forces act"
         return f" {both} at the center of mass."
 
     def _seat_of_inertia(self, cut: Cut) -> tuple[Vector | None, Vector]:
@@ -264,43 +268,44 @@ class Ledger:
             return None, couple
         (s,) = points
         arm = spread.direction * (s - spread.length / 2)
-        left = (couple + cross(arm, cut.push)).tidy()
+        left = (couple + cross(arm, cut.push.force)).tidy()
         if any(left):
             return None, couple
-        return self.displacements.vary(total([cut.center_velocity, cross(cut.spin, arm)])), left
+        velocity = total([cut.twist.force, cross(cut.twist.moment, arm)])
+        return self.displacements.vary(velocity), left
 
     def _enter(
         self,
         lines: list[Result],
-        letters: _Letters,
         name: str,
         cut: Cut,
-        pair: tuple[Vector, Vector],
+        wrench: SymbolicWrench,
+        moved: SymbolicWrench,
         *,
         known: bool = False,
     ) -> Series:
-        """Enter a force or couple, unless it is listed already, with its displacement and work."""
-        act, move = pair
-        if not any(act):
-            return self._ring.number(0)
-        axes = cut.axes
-        rows, labels = (
-            (axes.rows, axes.labels) if letters is _FORCE else (axes.turns, axes.turn_labels)
-        )
-        acts, moves = along(rows, act), along(rows, move)
-        for label, size, shift in zip(labels, acts, moves, strict=True):
-            if size and not known:
-                lines.append(Result(Left(join_words(letters.act, name, label)), size))
-            if size:
-                lines.append(Result(Left(join_words(letters.move, name, label)), shift))
-        work = tidy(dot(acts, moves))
-        lines.append(Result(Left(f"{letters.work}_{name}"), work))
-        return work
+        """Enter force and couple, unless they are listed already, with displacement and work."""
+        axes, works = cut.axes, [self._ring.number(0)]
+        acting, moving = axes.along(wrench), axes.along(moved)
+        for letters, act, move, labels in (
+            (_FORCE, acting.force, moving.force, axes.labels),
+            (_COUPLE, acting.moment, moving.moment, axes.turn_labels),
+        ):
+            if not any(act):
+                continue
+            for label, size, shift in zip(labels, act, move, strict=True):
+                if size and not known:
+                    lines.append(Result(Left(join_words(letters.act, name, label)), size))
+                if size:
+                    lines.append(Result(Left(join_words(letters.move, name, label)), shift))
+            works.append(tidy(dot(act, move)))
+            lines.append(Result(Left(f"{letters.work}_{name}"), works[-1]))
+        return self._ring.sum(works)
 
 
 def couple_of_inertia(cut: Cut) -> Vector:
     """Return the couple of the inertia forces about the center of mass."""
-    return (cross(cut.center, cut.push) - cut.turning).tidy()
+    return (cross(cut.center, cut.push.force) - cut.push.moment).tidy()
 
 
 def join_words(*words: str) -> str:
@@ -386,14 +391,10 @@ class VirtualWork:
         yield from redundancy_stages(self.algebra.mechanism, of_work=bool(S))
         if not S:
             return
-        one = self.algebra.ring.number(1)
         named: list[Series] = []
-        users = [sum(map(bool, row)) for row in zip(*S, strict=True)]
-        for k, column in enumerate(S):
-            alone = [i for i, entry in enumerate(column) if entry == one]
-            free = [i for i in alone if users[i] == 1]
-            if free:
-                named.append(self._displacements.deltas[free[0]])
+        for k, alone in enumerate(list_alone(S)):
+            if alone:
+                named.append(self._displacements.deltas[alone[0]])
                 continue
             name = f"δπ{k + 1}"
             named.append(self.algebra.ring.unknown(name, Kind.VARIATION))
@@ -472,7 +473,7 @@ class VirtualWork:
             )
             results += _list_spread_forces(spread, cut)
         else:
-            F = -along(axes.rows, cut.push)
+            F = -along(axes.rows, cut.push.force)
             results += list_components(f"F_inertia_{body}", axes.labels, F)
         C = along(axes.turns, couple_of_inertia(cut))
         results += list_components(f"C_inertia_{body}", axes.turn_labels, C)
@@ -487,10 +488,10 @@ class VirtualWork:
 
     def _equilibrium(self, cut: Cut) -> Iterator[Stage]:
         """Yield the step with the sums of all forces and moments, inertia forces included."""
-        zero = self.algebra.ring.number(0)
-        F = self.balances.forces_along(cut) - along(cut.axes.rows, cut.push)
-        C = self.balances.moments_along(cut) - along(cut.axes.turns, self.balances.turning(cut))
-        lines = [Result(resultant, zero) for resultant in (*F, *C) if resultant]
+        nothing = self.algebra.ring.number(0)
+        push = cut.axes.along(cut.about_reference(cut.push))
+        left = self.balances.acting_along(cut) - push
+        lines = [Result(total, nothing) for total in (*left.force, *left.moment) if total]
         if not lines:  # without mass and forces it only leads others
             return
         about = cut.joint.name if cut.fixed or not cut.mass else "the center of mass"
@@ -513,10 +514,7 @@ class VirtualWork:
         lines = []
         for cut in self.cuts.bodies:
             reaction = self.balances.symbols[cut.body]
-            shift, rotation = self._against_parent(cut)
-            forces, moves = [*reaction.force, *reaction.moment], [*shift, *rotation]
-            products = [f * d for f, d in zip(forces, moves, strict=True)]
-            work = tidy(self.algebra.ring.sum(products))
+            work = tidy(reaction.power(self._against_parent(cut)))
             lines.append(Result(Left(f"δW_R_{cut.joint.name}"), work))
         sentence = (
             "A reaction acts on the child, its opposite on the parent at the same point: together "
@@ -533,20 +531,15 @@ class VirtualWork:
             sentence += " Where a joint has a rotor, the work of its inertia remains."
         return [Stage("Virtual work of the reactions", sentence, tuple(lines))]
 
-    def _against_parent(self, cut: Cut) -> tuple[Vector, Vector]:
-        """Return the virtual displacement of a body's origin relative to its parent."""
-        # Also return the body's virtual rotation relative to its parent
-        cuts, kinematics, parent = self.cuts, self.cuts.kinematics, cut.joint.parent
-        vary = self._displacements.vary
-        shift, rotation = vary(kinematics.velocity(cut.body)), vary(cut.spin)
-        if kinematics.place[parent] < 0:
-            return shift, rotation
-        turn = vary(kinematics.spin(parent))
+    def _against_parent(self, cut: Cut) -> SymbolicWrench:
+        """Return the virtual displacement of a body's origin, and its rotation, in its parent."""
+        cuts, parent = self.cuts, cut.joint.parent
+        twists = map(cuts.kinematics.twist, (cut.body, parent))
+        own, carrying = map(self._displacements.vary_twist, twists)
         arm = cuts.between_seats(parent, cut.body)
-        carrying = vary(kinematics.velocity(parent))
-        moved = total([carrying, cross(turn, arm)])
-        shift = shift - cuts.carry(moved, parent, cut.body)
-        return shift, rotation - cuts.carry(turn, parent, cut.body)
+        moved = total([carrying.force, cross(carrying.moment, arm)])
+        shift, turn = (cuts.carry(part, parent, cut.body) for part in (moved, carrying.moment))
+        return own - SymbolicWrench(shift, turn)
 
 
 def _list_spread_forces(spread: Distribution, cut: Cut) -> list[Result]:

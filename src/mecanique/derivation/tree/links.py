@@ -79,23 +79,28 @@ def moving(tree: tuple[Link, ...]) -> tuple[bool, ...]:
     return tuple(moves)
 
 
-def hat(linear: Sequence[float], angular: Sequence[float]) -> np.ndarray:
-    """Return the 4×4 matrix of a twist, shape (4, 4); linear (3,), angular (3,)."""
-    (u, v, w), (x, y, z) = linear, angular
-    return np.array([[0.0, -z, y, u], [z, 0.0, -x, v], [-y, x, 0.0, w], [0.0, 0.0, 0.0, 0.0]])
+Axis: TypeAlias = "tuple[float, float, float]"
+
+_STILL: Axis = (0.0, 0.0, 0.0)
+_AXES: tuple[Axis, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def motions(link: Link) -> tuple[np.ndarray, ...]:
-    """Return the matrix S of each velocity of a link, shape (4, 4): the pose A changes by A S."""
-    zero = (0.0, 0.0, 0.0)
-    if link.kind == "turn":
-        return (hat(zero, link.axis),)
-    if link.kind == "slide":
-        return (hat(link.axis, zero),)
-    axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    turns = tuple(hat(zero, axis) for axis in axes)
-    if link.kind == "ball":
-        return turns
-    if link.kind == "free":
-        return tuple(hat(axis, zero) for axis in axes) + turns
-    return ()
+def unit_motions(link: Link) -> tuple[tuple[Axis, Axis], ...]:
+    """Return the direction of each velocity of a link, linear and angular, in its own axes."""
+    slides, turns = [(axis, _STILL) for axis in _AXES], [(_STILL, axis) for axis in _AXES]
+    of_kind: dict[Kind, Sequence[tuple[Axis, Axis]]] = {
+        "turn": [(_STILL, link.axis)],
+        "slide": [(link.axis, _STILL)],
+        "ball": turns,
+        "free": [*slides, *turns],
+    }
+    return tuple(of_kind.get(link.kind, ()))
+
+
+def motions(link: Link) -> np.ndarray:
+    """Return the matrix S of each velocity of a link, (k, 4, 4): the pose A changes by A S."""
+    S = np.zeros((len(link.velocities), 4, 4))
+    for matrix, (linear, (x, y, z)) in zip(S, unit_motions(link), strict=True):
+        matrix[:3, :3] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
+        matrix[:3, 3] = linear
+    return S

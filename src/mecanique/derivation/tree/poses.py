@@ -17,7 +17,7 @@ import numpy as np
 from mecanique.derivation.tolerances import WHOLE
 from mecanique.derivation.tree.links import Link
 from mecanique.model.bodies import Body
-from mecanique.model.expression import Scalar, evaluate, plain
+from mecanique.model.expression import Scalar, evaluate, numpy_function, plain
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
 
@@ -60,7 +60,7 @@ class Arithmetic:
     """The operations of one kind of scalar that poses need."""
 
     # returns the function with a sympy name, e.g. "sin"
-    function: Callable[[str], Callable[..., Any]] | None = None
+    function: Callable[[str], Callable[..., Any]] = numpy_function
     # converts a constant (a float or a sympy number) into the scalar
     number: Callable[[Any], Any] = float
 
@@ -73,8 +73,6 @@ class Arithmetic:
 
     def sine_cosine(self, angle: Any) -> tuple[Any, Any]:
         """Return the sine and the cosine of an angle [rad]."""
-        if self.function is None:
-            return np.sin(angle), np.cos(angle)
         return self.function("sin")(angle), self.function("cos")(angle)
 
 
@@ -105,13 +103,9 @@ def origin(placement: Placement, values: Mapping[str, Any], arithmetic: Arithmet
         if exact is None:
             turned = [arithmetic(entry, values) for entry in row]
         else:
-            turned = [_constant(entry, arithmetic) for entry in exact[k]]
+            turned = [int(c) if c in (0, 1, -1) else arithmetic.number(c) for c in exact[k]]
         pose.append([*turned, arithmetic(offset, values)])
     return pose
-
-
-def _constant(entry: Fraction, arithmetic: Arithmetic) -> Any:
-    return int(entry) if entry in (0, 1, -1) else arithmetic.number(entry)
 
 
 def exact_rotation(placement: Placement) -> Matrix | None:
@@ -169,7 +163,9 @@ def local(link: Link, values: Mapping[str, Any], arithmetic: Arithmetic) -> Matr
     if link.kind == "turn":
         return turn_by(link.axis, *arithmetic.sine_cosine(values[link.coordinates[0]]), arithmetic)
     if link.kind == "slide":
-        return _shift([times(arithmetic(c, {}), values[link.coordinates[0]]) for c in link.axis])
+        x = values[link.coordinates[0]]
+        pairs = zip(IDENTITY, link.axis, strict=True)
+        return [[*row[:3], times(arithmetic(c, {}), x)] for row, c in pairs]
     if link.kind in ("ball", "free"):
         *position, x, y, z, w = (values[name] for name in link.coordinates)
         turn = quaternion_rotation(x, y, z, w)
@@ -253,10 +249,6 @@ def turn_by(
             row.append(plus(along, times(cross[i][k], sine)))
         rows.append([*row, 0])
     return rows
-
-
-def _shift(offset: Sequence[Any]) -> Matrix:
-    return [[*row[:3], component] for row, component in zip(IDENTITY, offset, strict=True)]
 
 
 def _is(scalar: Any, number: int) -> bool:

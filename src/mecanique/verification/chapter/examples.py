@@ -136,8 +136,8 @@ def _newton_euler(blocks: _Blocks) -> Iterator[ChapterRow]:
         "both blocks cut free, along x",
         bodies.balances.acting(first).force[0] - blocks.force1,
         bodies.balances.acting(second).force[0] - blocks.force2,
-        first.push[0] - m1 * a1,
-        second.push[0] - m2 * a2,
+        first.push.force[0] - m1 * a1,
+        second.push.force[0] - m2 * a2,
     )
     derived = bodies.derivation()
     yield identity(

@@ -61,7 +61,9 @@ def _particle() -> Iterator[ChapterRow]:
     bodies = NewtonEuler(load("free_particle"))
     (*_, cut) = bodies.cuts.bodies
     a = [bodies.algebra.ring[name] for name in bodies.algebra.accelerations]
-    components = list(zip(cut.push, cut.weight, a, bodies.derivation().rows, strict=True))
+    components = list(
+        zip(cut.push.force, cut.weight.force, a, bodies.derivation().rows, strict=True)
+    )
     yield identity(
         "1.1",
         "F = dp/dt = d(m v)/dt = m a for a particle",
@@ -166,25 +168,26 @@ def _plate() -> Iterator[ChapterRow]:
     ring = bodies.algebra.ring
     m, a, b, k, theta, alpha = (ring[name] for name in ("m", "a", "b", "k", "theta", "theta''"))
     I_o, I_C = m * (a**2 + b**2) / 3, m * (a**2 + b**2) / 12
-    lever = cut.center[0] * cut.push[1] - cut.center[1] * cut.push[0]
+    push, turning = cut.push.force, cut.push.moment
+    lever = cut.center[0] * push[1] - cut.center[1] * push[0]
     M_o = cut.loads().moment.z
     yield identity(
         "1.13",
         "in a plane: M_o = I_o omega' or M_C = I_C omega'",
         "moments of the rates of momentum of a floor plate on a corner: I_o theta'', I_C theta''",
-        cut.turning[2] - I_o * alpha,
-        cut.turning[2] - lever - I_C * alpha,
+        turning[2] - I_o * alpha,
+        turning[2] - lever - I_C * alpha,
         I_o * alpha - M_o - bodies.derivation().rows[0],
         M_o + k * theta,
     )
     # with the reactions that follow from the motion, forces and inertia forces are in equilibrium
-    balances = zip(bodies.balances.acting(cut).force, cut.push, strict=True)
+    balances = zip(bodies.balances.acting(cut).force, push, strict=True)
     yield identity(
         "1.22",
         "for a body in a plane: F - m a_C = 0, M_o - I_o omega' = 0",
         "resultants of the inertia forces of a plate with its weight and reactions",
-        *(_without_reactions(force - push, bodies) for force, push in balances),
-        cut.turning[2] - I_o * alpha,
+        *(_without_reactions(force - rate, bodies) for force, rate in balances),
+        turning[2] - I_o * alpha,
     )
 
 

@@ -54,9 +54,9 @@ def _balances(rod: _Rod) -> Iterator[ChapterRow]:
     m, l, g, q, v, a = rod.letters
     axes, turns = cut.axes.rows, cut.axes.turns
     Rn, Rt = rod.ring["R_pin_n"], rod.ring["R_pin_t"]
-    a_C = bodies.cuts.kinematics.change(cut.center_velocity, cut.carrier)
+    a_C = bodies.cuts.kinematics.change(cut.twist.force, cut.carrier)
     r_n, r_t, *_ = along(axes, cut.center)
-    v_n, v_t, *_ = along(axes, cut.center_velocity)
+    v_n, v_t, *_ = along(axes, cut.twist.force)
     a_n, a_t, *_ = along(axes, a_C)
     yield identity(
         "1.14 a",
@@ -66,7 +66,7 @@ def _balances(rod: _Rod) -> Iterator[ChapterRow]:
         *(v_n, v_t - l / 2 * v),
         *(a_n + l / 2 * v**2, a_t - l / 2 * a),
     )
-    p_n, p_t, *_ = along(axes, cut.push)
+    p_n, p_t, *_ = along(axes, cut.push.force)
     F_n, F_t, *_ = along(axes, bodies.acting(cut).force)
     yield identity(
         "1.14",
@@ -75,7 +75,7 @@ def _balances(rod: _Rod) -> Iterator[ChapterRow]:
         *(p_n + m * l / 2 * v**2, p_t - m * l / 2 * a),
         *(F_n - (m * g * cos(q) - Rn), F_t - (Rt - m * g * sin(q))),
     )
-    H_rate = along(turns, bodies.turning(cut))[2]
+    H_rate = along(turns, cut.about_reference(cut.push).moment)[2]
     M_o = along(turns, bodies.acting(cut).moment)[2]
     yield _angular_momentum(H_rate - m * l**2 / 3 * a)
     yield identity("1.16", "dH_o/dt = (m l²/3) q''", _BY, H_rate - m * l**2 / 3 * a)

@@ -36,8 +36,11 @@ def find_redundancy(mechanism: Mechanism) -> Redundancy:
     closed = False
     for q in _find_positions(mechanism, held):
         closed = True
-        J = _rows(mechanism, held, q)
-        rank = [_rank(J[:k]) for k in range(len(J) + 1)]
+        J = held.at(_rest_at(mechanism, q[None])).jacobian[0] * velocity_scales(mechanism)
+        size = np.linalg.norm(J, axis=1, keepdims=True)
+        J = J / np.where(size > 0, size, 1.0)
+        ranks = (np.linalg.matrix_rank(J[:k], tol=RANK_CLOSED) for k in range(1, len(J) + 1))
+        rank = [0, *map(int, ranks)]
         rows &= {k for k in range(len(J)) if rank[k + 1] == rank[k]}
         if not rows:
             break
@@ -45,11 +48,7 @@ def find_redundancy(mechanism: Mechanism) -> Redundancy:
         shared &= set(np.flatnonzero((np.abs(left) > RANK_CLOSED).any(axis=1)).tolist())
     if not closed or not rows:
         return Redundancy((), ())
-    return Redundancy(_select_names(held, rows), _select_names(held, shared))
-
-
-def _select_names(held: Held, rows: set[int]) -> tuple[str, ...]:
-    return tuple(held.names[k] for k in sorted(rows))
+    return Redundancy(*(tuple(held.names[k] for k in sorted(chosen)) for chosen in (rows, shared)))
 
 
 def _find_positions(mechanism: Mechanism, held: Held) -> Iterator[np.ndarray]:
@@ -78,18 +77,7 @@ def _find_positions(mechanism: Mechanism, held: Held) -> Iterator[np.ndarray]:
             place[plain] -= units * np.linalg.lstsq(slope[holonomic], gap[holonomic], rcond=1e-6)[0]
 
 
-def _rows(mechanism: Mechanism, held: Held, q: np.ndarray) -> np.ndarray:
-    """Return the rows of J, normalized in natural units, shape (m, nv)."""
-    J = held.at(_rest_at(mechanism, q[None])).jacobian[0] * velocity_scales(mechanism)
-    size = np.linalg.norm(J, axis=1, keepdims=True)
-    return np.asarray(J / np.where(size > 0, size, 1.0))
-
-
 def _rest_at(mechanism: Mechanism, q: np.ndarray) -> States:
     """Return the states of rest in positions, which may lie beyond limits during iterations."""
     rest = np.zeros((len(q), mechanism.nv))
     return States(mechanism, q, rest, np.zeros(len(q)), rest)
-
-
-def _rank(J: np.ndarray) -> int:
-    return int(np.linalg.matrix_rank(J, tol=RANK_CLOSED)) if len(J) else 0

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, final
 import numpy as np
 
 from mecanique.derivation.mechanics.contacts import touch
-from mecanique.derivation.mechanics.loops import closure
+from mecanique.derivation.mechanics.loops import closure, label_rows
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.numeric.paths import (
     constant_jet,
@@ -75,20 +75,12 @@ class Held:
         self._mechanism = mechanism
         self._definition = LagrangeOnJets(mechanism)
         self._place = place_of(links(mechanism), mechanism)
-        length, rows = characteristic_length(mechanism), list[tuple[str, int, float]]()
-        for k, loop in enumerate(mechanism.loops):
-            for row in CLOSED[loop.kind]:
-                turns = row.startswith("r")
-                rows.append((f"{loop.name}: {row}", 2 * k + turns, 1.0 if turns else length))
-        first = 2 * len(mechanism.loops)
-        for k, contact in enumerate(mechanism.contacts, first):
-            rows += [(f"{contact.name}: {row}", k, length) for row in contact.rows]
-        for k, law in enumerate(mechanism.velocity_constraints, first + len(mechanism.contacts)):
-            rows.append((law.name, k, 1.0))
-        self.names = tuple(name for name, _, _ in rows)
+        length, labels = characteristic_length(mechanism), label_rows(mechanism)
+        self.names = tuple(label.name for label in labels)
         """Name of each row: the loop's or the contact's and the motion it prevents."""
         self.row_units = RowUnits(
-            np.array([unit for _, _, unit in rows]), np.array([k for _, k, _ in rows], dtype=int)
+            np.array([length if label.long else 1.0 for label in labels]),
+            np.array([label.block for label in labels], dtype=int),
         )
         """Natural units of the rows, and their blocks."""
 
