@@ -84,7 +84,7 @@ ORDER: dict[str, list[str]] = {
         "extensions",
         "document",
     ],
-    "program": ["tape", "evaluation half_angles listing sweeps traced", "solving"],
+    "program": ["tape", "evaluation half_angles listing traced", "solving sweeps"],
     "derivation": [
         "tolerances",
         "laws tree",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -15,7 +14,7 @@ from mecanique.derivation import derive
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.numeric.constraints.independent import Reduced
 from mecanique.derivation.numeric.constraints.multipliers import Constrained, _second_order
-from mecanique.derivation.numeric.constraints.rows import constraints
+from mecanique.derivation.numeric.constraints.rows import Held
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.scalars.evaluation import Evaluation
@@ -88,7 +87,7 @@ def slider_crank(theta: np.ndarray, rate: float) -> States:
 
 def test_the_constraints_of_a_slider_crank_are_those_of_its_closed_form() -> None:
     states = slider_crank(np.linspace(-3, 3, 7), 1.7)
-    found = constraints(states.mechanism, states)
+    found = Held(states.mechanism).at(states)
     np.testing.assert_allclose(found.residual, 0, rtol=0, atol=1e-15)
     np.testing.assert_allclose(
         np.einsum("nmv,nv->nm", found.jacobian, states.v), 0, rtol=0, atol=1e-14
@@ -136,7 +135,7 @@ def test_every_kind_of_loop_agrees_in_both_ways(kind: str) -> None:
     q = random.uniform(-0.6, 0.6, tree.nq)
     loop = tied_where_it_stands(tree, q, kind)
     mechanism = replace(tree, loops=(loop,))
-    here = constraints(mechanism, States.of(mechanism, q))
+    here = Held(mechanism).at(States.of(mechanism, q))
     np.testing.assert_allclose(here.residual, 0, rtol=0, atol=1e-14)
     v = random.normal(size=tree.nv)
     v -= np.linalg.pinv(here.jacobian[0]) @ (here.jacobian[0] @ v)
@@ -145,7 +144,7 @@ def test_every_kind_of_loop_agrees_in_both_ways(kind: str) -> None:
     np.testing.assert_allclose(
         Reduced(mechanism).acceleration(states), found.acceleration, rtol=1e-10, atol=1e-10
     )
-    after = constraints(mechanism, states)
+    after = Held(mechanism).at(states)
     np.testing.assert_allclose(
         after.jacobian[0] @ found.acceleration[0] + after.gamma[0], 0, rtol=0, atol=1e-13
     )
@@ -176,7 +175,7 @@ def test_closed_systems_of_the_catalogue_have_accelerations_that_keep_the_loops(
     mechanism = textbook.load(name)
     # the starts of the catalogue are rounded
     states = States.of(mechanism, assemble(mechanism, textbook.entry(name).start))
-    closed = constraints(mechanism, states)
+    closed = Held(mechanism).at(states)
     assert abs(closed.residual).max() < 1e-10
     a = derive(mechanism).acceleration(states.q, states.v)
     np.testing.assert_allclose(
@@ -227,9 +226,9 @@ def test_forms_of_second_order_give_gamma_along_free_directions() -> None:
     mechanism, rng = textbook.load("squeezer"), np.random.default_rng(4)
     state = random_states(mechanism, 1, 0)
     free, w = rng.normal(size=(mechanism.nv, 3)), rng.normal(size=3)
-    forms = _second_order(state, free, partial(constraints, mechanism))
+    forms = _second_order(state, free, Held(mechanism).at)
     moving = replace(state, v=(free @ w)[None])
-    expected = constraints(mechanism, moving).gamma[0]
+    expected = Held(mechanism).at(moving).gamma[0]
     found = np.einsum("mkl,k,l->m", forms, w, w)
     np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-12)
 
@@ -326,7 +325,7 @@ def test_loops_of_every_kind_have_closed_forms_that_close_the_same_directions(ki
     ours = np.array(
         [[float(np.ravel(value(x))[0]) for x in algebra.ring.along(tie.demand)] for tie in ties]
     )
-    theirs = constraints(mechanism, states).jacobian[0]
+    theirs = Held(mechanism).at(states).jacobian[0]
     assert len(ours) <= len(theirs)  # what holds identically is left out
     for one, other in ((ours, theirs), (theirs, ours)):
         reached = one.T @ np.linalg.lstsq(one.T, other.T, rcond=1e-12)[0]

@@ -144,10 +144,9 @@ class Document:
         listed = self.meanings(steps)
         opening = "\\begin{description}\\setlength{\\itemsep}{0pt}\\setlength{\\parskip}{0pt}"
         out += [opening] if listed else []
-        for meaning in listed:
-            symbol = ", ".join(f"${writer.letter(name, False, '')}$" for name in meaning.names)
-            said = self._convert(meaning.sentence)
-            equality = "" if meaning.definition is None else _write_equality(meaning, writer)
+        for letters, sentence, equality in _write_meanings(listed, writer):
+            symbol = ", ".join(f"${letter}$" for letter in letters)
+            said = self._convert(sentence)
             if equality and width(equality) < INLINE:
                 said, equality = f"{said}, ${equality}$", ""
             out.append(f"\\item[{{\\normalfont {symbol}}}] {said}")
@@ -228,19 +227,17 @@ class Document:
         self, listed: Sequence[Meaning], steps: bool, symbols: str = "<dl>"
     ) -> Iterator[str]:
         """Yield title, description, symbols and warnings as lines of HTML."""
-        writer = MathML()
         yield f"<h3>{escape(self._heading)}</h3>"
         for sentence in self._about:
             # initials of authors are no letters of formulas
             is_source = sentence.startswith("Source:")
             yield f"<p>{escape(sentence) if is_source else to_html(sentence, self._names)}</p>"
         yield symbols
-        for meaning in listed:
-            written = [writer.letter(name, False, "") for name in meaning.names]
-            symbol = ", ".join(to_math(letter, "inline") for letter in written)
-            said = to_html(meaning.sentence, self._names)
-            if meaning.definition is not None:
-                said += f", {to_math(_write_equality(meaning, writer), 'inline')}"
+        for letters, sentence, equality in _write_meanings(listed, MathML()):
+            symbol = ", ".join(to_math(letter, "inline") for letter in letters)
+            said = to_html(sentence, self._names)
+            if equality:
+                said += f", {to_math(equality, 'inline')}"
             yield f"<dt>{symbol}</dt><dd>{said}</dd>"
         yield "</dl>"
         yield from (f"<p>{to_html(sentence, self._names)}</p>" for sentence in self._warn(steps))
@@ -252,20 +249,22 @@ class Document:
 
     def symbols(self) -> tuple[tuple[str, str], ...]:
         """Return each symbol of the equations of motion in MathML, with its meaning in words."""
-        writer = MathML()
-        listed = []
-        for meaning in meanings(self.derivation, steps=False):
-            written = [writer.letter(name, False, "") for name in meaning.names]
-            symbol = "<mo>,</mo>".join(written)
-            listed.append((to_math(symbol, "inline"), self._spell(meaning.sentence)))
-        return tuple(listed)
+        listed = meanings(self.derivation, steps=False)
+        return tuple(
+            (to_math("<mo>,</mo>".join(letters), "inline"), self._spell(sentence))
+            for letters, sentence, _ in _write_meanings(listed, MathML())
+        )
 
     def sections(self) -> tuple[Section, ...]:
         """Return symbols, steps, the equations of motion and what they come to, in MathML."""
         writer = MathML()
-        rows = ""
-        for meaning in meanings(self.derivation):
-            rows += _write_row(meaning, writer)
+        rows, cell = "", '<mtd style="text-align: left">'
+        for letters, sentence, equality in _write_meanings(meanings(self.derivation), writer):
+            symbol = f"<mrow>{'<mtext>, </mtext>'.join(letters)}</mrow>"
+            said = f"<mtext>{escape(sentence)}</mtext>"
+            if equality:
+                said = f"<mrow>{said}<mtext>, </mtext>{equality}</mrow>"
+            rows += f"<mtr>{cell}{symbol}</mtd>{cell}{said}</mtd></mtr>"
         out = [Section("Symbols", self.introduction, (to_math(f"<mtable>{rows}</mtable>"),))]
         for stage in self.derivation.stages:
             lines = [to_math(result.write(writer)) for result in stage.results]
@@ -309,15 +308,13 @@ class Document:
         yield "Symbols"
         listed = self.meanings(steps)
         wide = max((len(meaning.names[0]) for meaning in listed), default=0)
-        for meaning in listed:
-            said = meaning.sentence
-            if meaning.definition is not None:
-                said += f", {_write_equality(meaning, writer)}"
-            if len(meaning.names) > 1:
-                yield from _wrap(", ".join(meaning.names), 2)
+        for letters, sentence, equality in _write_meanings(listed, writer):
+            said = f"{sentence}, {equality}" if equality else sentence
+            if len(letters) > 1:
+                yield from _wrap(", ".join(letters), 2)
                 yield from _wrap(said, 4)
             else:
-                yield f"  {meaning.names[0]:<{wide}}  {said}"
+                yield f"  {letters[0]:<{wide}}  {said}"
         for sentence in self._warn(steps):
             yield from ("", *textwrap.wrap(sentence, _WIDTH))
 
@@ -374,19 +371,12 @@ def _wrap(sentence: str, indent: int = 3) -> list[str]:
     return textwrap.wrap(sentence, _WIDTH, initial_indent=blank, subsequent_indent=blank)
 
 
-def _write_equality(meaning: Meaning, writer: Writer) -> str:
-    """Write a symbol with its definition, as an equality."""
-    assert meaning.definition is not None
-    symbol = writer.letter(meaning.names[0], False, "")
-    return writer.equation(symbol, meaning.definition.write(writer))
-
-
-def _write_row(meaning: Meaning, writer: MathML) -> str:
-    """Write symbols and their meaning as a row of a table."""
-    written = [writer.letter(name, False, "") for name in meaning.names]
-    symbol = f"<mrow>{'<mtext>, </mtext>'.join(written)}</mrow>"
-    said = f"<mtext>{escape(meaning.sentence)}</mtext>"
-    if meaning.definition is not None:
-        said = f"<mrow>{said}<mtext>, </mtext>{_write_equality(meaning, writer)}</mrow>"
-    cell = '<mtd style="text-align: left">'
-    return f"<mtr>{cell}{symbol}</mtd>{cell}{said}</mtd></mtr>"
+def _write_meanings(
+    listed: Sequence[Meaning], writer: Writer
+) -> Iterator[tuple[list[str], str, str]]:
+    """Yield the letters of each meaning, its sentence, and its definition as an equality or ""."""
+    for meaning in listed:
+        letters = [writer.letter(name, False, "") for name in meaning.names]
+        value = meaning.definition
+        equality = "" if value is None else writer.equation(letters[0], value.write(writer))
+        yield letters, meaning.sentence, equality

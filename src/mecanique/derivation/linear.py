@@ -126,7 +126,11 @@ def linear(derivation: Derivation) -> Linear | None:
 
 def _write(rows: Iterable[Sequence[Series]], writer: Writer) -> str:
     """Write a matrix of series."""
-    return writer.matrix([[expression(entry).write(writer) for entry in row] for row in rows])
+
+    def write(entry: Series) -> str:
+        return expression(entry).write(writer)
+
+    return writer.matrix([list(map(write, row)) for row in rows])
 
 
 @final
@@ -245,12 +249,7 @@ def linearize_equations(derivation: Derivation, q: Mapping[str, float]) -> Linea
     shown = {g.name for row in rows for g in row.generators()}
     used = {name: value for name, value in letters.items() if name in shown}
     square, ratio = _find_frequency(M, C, K, numbers) if len(names) == 1 else (None, None)
-    # a value is stated if it contains only π and letters that are printed
-    at = {
-        name: place[name]
-        for name in mechanism.coordinates
-        if all(g.kind is Kind.CONSTANT or g.name in used for g in place[name].generators())
-    }
+    at = {name: place[name] for name in mechanism.coordinates if _is_printed(place[name], used)}
     zero = not any(place[name] for name in mechanism.coordinates)
     matrices = Linear(names, M, C, K, f)
     return Linearized(
@@ -262,6 +261,11 @@ def linearize_equations(derivation: Derivation, q: Mapping[str, float]) -> Linea
         ratio=ratio,
         zero=zero,
     )
+
+
+def _is_printed(value: Series, used: Mapping[str, float]) -> bool:
+    """Whether a coordinate's value contains only π and letters that are printed."""
+    return all(g.kind is Kind.CONSTANT or g.name in used for g in value.generators())
 
 
 def _place_in_letters(

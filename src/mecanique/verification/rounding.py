@@ -46,7 +46,7 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.derivation.mechanics.chart import JointMotion
-from mecanique.derivation.numeric.constraints.rows import Constraints, constraints
+from mecanique.derivation.numeric.constraints.rows import Constraints, Held
 from mecanique.derivation.numeric.paths import driven_paths
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.tree.links import Link, motions
@@ -129,7 +129,7 @@ def rounding(
         scaled = {"bias": values["bias"] / d, "forces": values["forces"] / d}
         scaled["acceleration"] = values["acceleration"] * d
         if mechanism.constrained:
-            linked = constraints(mechanism, states)
+            linked = Held(mechanism).at(states)
             bounds["acceleration"] = _of_loops(linked, d, mass, s, scaled, beta)
         else:
             inverse = np.abs(_inverses(mass))

@@ -7,7 +7,7 @@ twist at the beginning to the end, so that their power is the same at both.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -38,7 +38,7 @@ class Snapshot:
     """All b free bodies of a mechanism at n states, each after its parent."""
 
     tree: TreeRecursion
-    names: tuple[str, ...]
+    places: Mapping[str, int]  # index of each one, by name
     parents: tuple[int, ...]  # index of each one's parent, −1 for the ground
     moves: np.ndarray  # shape (b,), whether it can move relative to the ground
     masses: np.ndarray  # shape (b,) [kg]
@@ -144,7 +144,7 @@ class BatchFreeBodies:
         efforts = self._recursion.efforts_in_joints(states, chart)
         return Snapshot(
             tree=tree,
-            names=tuple(self._order),
+            places=self._order,
             parents=self._parents,
             moves=np.array([seats[joint.child].place >= 0 for joint in self._joints], dtype=bool),
             masses=self._masses,

@@ -78,11 +78,10 @@ def unit_needs(mechanism: Mechanism, at: Snapshot, *, pressed: bool = False) -> 
     ground = at.tree.ground
     if not pressed:
         _refuse_misfits(mechanism, ground)
-    place = {name: k for k, name in enumerate(at.names)}
     needs = np.zeros((*at.twists.shape, len(force_names(mechanism.elements))))
     for unit in unit_forces(mechanism, ground):
-        if unit.body in place and unit.pressed == pressed:
-            k = place[unit.body]
+        if unit.body in at.places and unit.pressed == pressed:
+            k = at.places[unit.body]
             point, force, moment = map(_vectors, (unit.point, unit.force, unit.moment))
             wrench = np.hstack(np.broadcast_arrays(force, moment))
             needs[:, k, :, unit.index] -= times(shift(point - at.centers[:, k]), wrench)
@@ -442,19 +441,16 @@ class Balances(FreeBodyDynamics):
         A = np.zeros((n, size + m, size + m))
         A[:, :size, :size] = tree
         A[:, size:, :nv] = rows.jacobian
-        forces = self._held.forces(states)
-        index = {name: k for k, name in enumerate(at.names)}
-        for i in range(m):
+        for i, push in enumerate(rows.pushes):
             column = A[:, :size, size + i]
-            if i not in forces:
+            if push is None:
                 column[:, size - nv :] = -rows.jacobian[:, i]
                 continue
-            place, direction, ends = forces[i]
-            for body, sign in zip(ends, (1.0, -1.0), strict=True):
-                if body in index:
-                    k = index[body]
-                    push = np.hstack([direction, np.zeros((n, 3))])
-                    moved = times(shift(place - at.centers[:, k]), push)
+            wrench = np.hstack([push.direction, np.zeros((n, 3))])
+            for body, sign in zip(push.ends, (1.0, -1.0), strict=True):
+                if body in at.places:
+                    k = at.places[body]
+                    moved = times(shift(push.place - at.centers[:, k]), wrench)
                     column[:, 6 * k : 6 * k + 6] -= sign * moved
         return A, np.concatenate([known, -rows.gamma], axis=1)
 

@@ -24,16 +24,7 @@ _NUMBERED = re.compile(r"[a-gi-zA-GI-Z]\d'*")
 _GREEK_WORD = re.compile(rf"\b({'|'.join(GREEK)})(\d*)\b")
 _PARTIAL = re.compile(r"∂(\w+)/∂(\w+'?)")
 _SLOPE = re.compile(r"d(²?)(\w+)/d(\w+?)(²?)")
-_CALLED = {
-    "acos": "\\arccos",
-    "asin": "\\arcsin",
-    "atan": "\\arctan",
-    "cos": "\\cos",
-    "exp": "\\exp",
-    "sin": "\\sin",
-    "sqrt": "\\sqrt",
-    "tan": "\\tan",
-}
+_CALLED = frozenset({"acos", "asin", "atan", "cos", "exp", "sin", "sqrt", "tan"})
 _RELATIONS = {"=": "=", "<": "<", ">": ">", "≤": "\\leq", "≥": "\\geq"}
 _JOINTS = {"+": "+", "-": "-", "−": "-", "/": "/", "×": "\\times", "·": "\\cdot", "*": ""}
 _SIGNS = {"+": "+", "-": "-", "−": "-", "±": "\\pm "}
@@ -243,11 +234,12 @@ class _Sentence:
         inner = self._read_formula(at + 2)
         if inner is None or self._text(inner.end) != ")":
             return None
-        head = _CALLED.get(name) or Latex().letter(name, False, "")
-        written = f"{{{inner.latex}}}" if name == "sqrt" else f"({inner.latex})"
+        writer, argument = Latex(), inner.latex
+        letter = f"{writer.letter(name, False, '')}({argument})"
+        written = writer.call(name, argument, "") if name in _CALLED else letter
         end = inner.end + 1
         power = "" if self._apart(end) else _POWERS.get(self._text(end), "")
-        return _Part(f"{head}{written}{power}", end + bool(power), lettered=True)
+        return _Part(written + power, end + bool(power), lettered=True)
 
     def _letter(self, at: int, within: bool) -> _Part | None:
         """Read a letter: a symbol, a point or an axis."""
@@ -314,7 +306,7 @@ class _Sentence:
             return "\\frac{d}{dt}"
         if partial := _PARTIAL.fullmatch(text):
             above, below = (writer.letter(name, False, "") for name in partial.groups())
-            return f"\\frac{{\\partial {above}}}{{\\partial {below}}}"
+            return writer.partial(above, below, False)
         slope = _SLOPE.fullmatch(text)
         if slope is None or slope[3] not in self.names:
             return ""

@@ -234,7 +234,7 @@ def _list_forms(series: Series, products: bool) -> Iterator[Form]:
 def _list_single_angles(series: Series) -> Iterator[Form]:
     """Yield the series in single angles, with either sin² or cos² of each angle eliminated."""
     angles = sorted({j for key in series.parts for j, _ in exponents(key >> 1)})
-    multiple = max((sum(abs(k) for _, k in exponents(key >> 1)) for key in series.parts), default=0)
+    multiple = max(map(_count_turns, series.parts), default=0)
     if len(angles) > _ANGLES or len(series.parts) > _EXPANDED or not 2 <= multiple <= _MULTIPLE:
         return
     for squares in cartesian((0, 1), repeat=len(angles)):
@@ -246,6 +246,10 @@ def _list_single_angles(series: Series) -> Iterator[Form]:
             form = _with(form, [(trig, c * polynomial) for trig, c in expanded.items()])
         if form:
             yield form
+
+
+def _count_turns(key: int) -> int:
+    return sum(abs(k) for _, k in exponents(key >> 1))
 
 
 def _expand(key: int, kept: dict[int, int]) -> dict[Trig, int]:

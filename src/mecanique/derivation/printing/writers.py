@@ -309,8 +309,10 @@ class MathML(Writer):
 
     def matrix(self, rows: Sequence[Sequence[str]]) -> str:
         """Write a matrix, or a column."""
-        cells = ("".join(f"<mtd>{cell}</mtd>" for cell in row) for row in rows)
-        table = "".join(f"<mtr>{row}</mtr>" for row in cells)
+        table = ""
+        for row in rows:
+            cells = "".join(f"<mtd>{cell}</mtd>" for cell in row)
+            table += f"<mtr>{cells}</mtr>"
         return f"<mrow><mo>[</mo><mtable>{table}</mtable><mo>]</mo></mrow>"
 
     def partial(self, function: str, variable: str, rate: bool) -> str:
@@ -497,12 +499,16 @@ def to_lines(row: str, alt: str = "") -> str:
     # No browser breaks a formula by itself. The terms of the outermost sum are formulas of their
     # own here, between which lines break as between words.
     terms = _split(fromstring(f"<mrow>{row}</mrow>"))
-    pieces = ["".join(tostring(part, encoding="unicode") for part in term) for term in terms]
+    pieces = ["".join(map(_serialize, term)) for term in terms]
     if len(pieces) > 1 and pieces[-1].endswith("=</mo><mrow><mn>0</mn></mrow>"):
         zero = pieces.pop()  # a zero alone would be a poor last line
         pieces[-1] += zero
     written = "&#x200b;".join(map(_PIECE.format, pieces))
     return _LINES.format(escape(alt, quote=True), written)
+
+
+def _serialize(part: Element) -> str:
+    return tostring(part, encoding="unicode")
 
 
 def _split(row: Element) -> list[list[Element]]:

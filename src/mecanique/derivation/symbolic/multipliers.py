@@ -446,7 +446,10 @@ def _solve_by_cramer(
 def list_alone(basis: Sequence[Column]) -> list[list[int]]:
     """Return for each displacement the velocities that it alone changes, at the rate 1."""
     users = [sum(map(bool, parts)) for parts in zip(*basis, strict=True)]
-    return [[i for i, x in enumerate(column) if x == 1 and users[i] == 1] for column in basis]
+    found = []
+    for column in basis:
+        found.append([i for i, x in enumerate(column) if x == 1 and users[i] == 1])
+    return found
 
 
 Product: TypeAlias = Callable[[Series, Series], Series]

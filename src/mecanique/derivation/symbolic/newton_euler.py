@@ -108,10 +108,10 @@ class NewtonEuler:
         moving = self._list_accelerations(cut)
         push = cut.axes.along(cut.about_reference(cut.push))
         acting = self.balances.acting_along(cut)
-        forces, moments = (
-            [Result(a, b) for a, b in zip(*pair, strict=True) if a or b]
-            for pair in ((push.force, acting.force), (push.moment, acting.moment))
-        )
+        pairs = zip(push.force, acting.force, strict=True)
+        forces = [Result(a, b) for a, b in pairs if a or b]
+        pairs = zip(push.moment, acting.moment, strict=True)
+        moments = [Result(a, b) for a, b in pairs if a or b]
         acting_on = self._list_acting(cut)
         if not (cut.inert or forces or acting_on):  # it only leads others
             return

@@ -286,13 +286,13 @@ class Ledger:
     ) -> Series:
         """Enter force and couple, unless they are listed already, with displacement and work."""
         axes, works = cut.axes, [self._ring.number(0)]
-        acting, moving = axes.along(wrench), axes.along(moved)
-        for letters, act, move, labels in (
-            (_FORCE, acting.force, moving.force, axes.labels),
-            (_COUPLE, acting.moment, moving.moment, axes.turn_labels),
+        for letters, act, move, rows, labels in (
+            (_FORCE, wrench.force, moved.force, axes.rows, axes.labels),
+            (_COUPLE, wrench.moment, moved.moment, axes.turns, axes.turn_labels),
         ):
             if not any(act):
                 continue
+            act, move = along(rows, act), along(rows, move)
             for label, size, shift in zip(labels, act, move, strict=True):
                 if size and not known:
                     lines.append(Result(Left(join_words(letters.act, name, label)), size))

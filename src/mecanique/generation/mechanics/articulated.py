@@ -28,7 +28,7 @@ from mecanique.derivation.mechanics.vectors import (
     product,
     scale,
 )
-from mecanique.derivation.numeric.constraints.rows import constraints
+from mecanique.derivation.numeric.constraints.rows import Held
 from mecanique.generation.mechanics.constrained import (
     ConstrainedSolution,
     independent,
@@ -81,7 +81,7 @@ class Articulated:
         self, letters: Letters, recursion: TreeRecursion, loops: Loops, states: States
     ) -> None:
         self._letters, self._tape, self._loops = letters, letters.tape, loops
-        self._kept = independent(constraints(letters.mechanism, states).jacobian)
+        self._kept = independent(Held(letters.mechanism).at(states).jacobian)
         self._links = recursion.links
         order = [values_of(letters.v).index(place) for place in values_of(recursion.chart.u)]
         world = World(recursion)

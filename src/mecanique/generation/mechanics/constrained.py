@@ -18,7 +18,7 @@ import numpy as np
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import Loops
 from mecanique.derivation.mechanics.vectors import Rows, apply, dot, products, scale, transpose
-from mecanique.derivation.numeric.constraints.rows import constraints
+from mecanique.derivation.numeric.constraints.rows import Held
 from mecanique.derivation.tolerances import INDEPENDENT
 from mecanique.generation.program import LoopProjection
 from mecanique.model.states import States
@@ -89,7 +89,7 @@ class FactorizedConstraints:
             states = random_states(letters.mechanism, _STATES, 0)
         (masses,) = sample(letters, [M], states)
         # not those of the program: rows of nothing but rounding are zero here
-        jacobians = constraints(letters.mechanism, states).jacobian
+        jacobians = Held(letters.mechanism).at(states).jacobian
         self._tape = letters.tape
         self._loops = loops
         self._M = M

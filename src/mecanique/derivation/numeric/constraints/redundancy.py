@@ -48,7 +48,7 @@ def find_redundancy(mechanism: Mechanism) -> Redundancy:
         shared &= set(np.flatnonzero((np.abs(left) > RANK_CLOSED).any(axis=1)).tolist())
     if not closed or not rows:
         return Redundancy((), ())
-    return Redundancy(*(tuple(held.names[k] for k in sorted(chosen)) for chosen in (rows, shared)))
+    return Redundancy(*(tuple(map(held.names.__getitem__, sorted(k))) for k in (rows, shared)))
 
 
 def _find_positions(mechanism: Mechanism, held: Held) -> Iterator[np.ndarray]:

@@ -12,7 +12,7 @@ material point. That velocity is [ε⁰] of H' s, its rate [ε¹], and the virtu
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from itertools import chain
 from typing import Any, NamedTuple, final
 
 import numpy as np
@@ -40,16 +40,6 @@ from mecanique.model.mechanism_units import characteristic_length
 from mecanique.model.states import States
 
 
-@final
-@dataclass(frozen=True)
-class Constraints:
-    """The constraints at n states: Φ = 0 with Φ'' = J a + γ, or ψ = 0 with ψ' = J a + γ."""
-
-    residual: np.ndarray  # Φ, 0 of rows that restrict velocities only, shape (n, m)
-    jacobian: np.ndarray  # J, shape (n, m, nv)
-    gamma: np.ndarray  # γ, shape (n, m)
-
-
 class RowUnits(NamedTuple):
     """Natural units of the rows of constraints."""
 
@@ -65,6 +55,15 @@ class Push(NamedTuple):
     place: np.ndarray  # shape (n, 3), its point of action, in the world [m]
     direction: np.ndarray  # shape (n, 3), world axes
     ends: tuple[str, str]  # the body on which it acts, and the one on which its opposite acts
+
+
+class Constraints(NamedTuple):
+    """The constraints at n states: Φ = 0 with Φ'' = J a + γ, or ψ = 0 with ψ' = J a + γ."""
+
+    residual: np.ndarray  # Φ, 0 of rows that restrict velocities only, shape (n, m)
+    jacobian: np.ndarray  # J, shape (n, m, nv)
+    gamma: np.ndarray  # γ, shape (n, m)
+    pushes: list[Push | None]  # the unit force of each row that belongs to a contact
 
 
 @final
@@ -86,16 +85,14 @@ class Held:
 
     def at(self, states: States) -> Constraints:
         """Return Φ, J and γ."""
-        poses = self._poses(states)
+        poses = self._definition.motion(states, np.zeros_like(states.v))[1]
         parts = [self._close(poses)] if self._mechanism.loops else []
         parts += [self._roll(contact, poses) for contact in self._mechanism.contacts]
         if self._mechanism.velocity_constraints or not parts:
             parts.append(self._state_laws(states))
-        return Constraints(
-            np.concatenate([part.residual for part in parts], axis=1),
-            np.concatenate([part.jacobian for part in parts], axis=1),
-            np.concatenate([part.gamma for part in parts], axis=1),
-        )
+        *arrays, pushes = zip(*parts, strict=True)
+        residual, jacobian, gamma = (np.concatenate(rows, axis=1) for rows in arrays)
+        return Constraints(residual, jacobian, gamma, [*chain.from_iterable(pushes)])
 
     def gaps(self, poses: list[Jet]) -> list[Jet]:
         """Return Φ of the loops, one jet per row; poses (n, 4, 4)."""
@@ -103,27 +100,12 @@ class Held:
         rows = [row for loop in self._mechanism.loops for row in closure(loop, ground, _angle)]
         return [row if isinstance(row, Jet) else constant_jet(row, shape) for row in rows]
 
-    def forces(self, states: States) -> dict[int, Push]:
-        """Return the unit force of each row that belongs to a contact, by row."""
-        poses, pushes = self._poses(states), dict[int, Push]()
-        row = sum(len(CLOSED[loop.kind]) for loop in self._mechanism.loops)
-        for contact in self._mechanism.contacts:
-            place, directions, _ = self._touch(contact, poses)
-            for direction in directions:
-                at, along = place.value[:, :, 0], direction.value[:, :, 0]
-                pushes[row] = Push(at, along, (contact.body, contact.on))
-                row += 1
-        return pushes
-
-    def _poses(self, states: States) -> list[Jet]:
-        return self._definition.motion(states, np.zeros_like(states.v))[1]
-
     def _close(self, poses: list[Jet]) -> Constraints:
         """Return the rows of the loops."""
         c = np.stack([row.c for row in self.gaps(poses)], axis=-1)
         terms = [size for loop in self._mechanism.loops for size in self._sizes(loop, poses)]
         jacobian = _drop_rounding(np.moveaxis(c[0, 1:], 0, -1), np.stack(terms, axis=1))
-        return Constraints(c[0, 0], jacobian, 2 * c[2, 0])
+        return Constraints(c[0, 0], jacobian, 2 * c[2, 0], [None] * jacobian.shape[1])
 
     def _sizes(self, loop: Loop, poses: list[Jet]) -> list[np.ndarray]:
         """Return the size of what is summed in the entries of each row of J, each (n, nv)."""
@@ -140,18 +122,13 @@ class Held:
         turn = turn + _turn_sizes(B)
         return [turn if row.startswith("r") else shift for row in CLOSED[loop.kind]]
 
-    def _touch(self, contact: Contact, poses: list[Jet]) -> tuple[Jet, list[Jet], np.ndarray]:
-        """Return the place and the directions of a contact, trailing shape (n, 3, 1), and its Φ."""
-        ground = ground_on_jets(self._mechanism, self._place, poses)
-        place, directions, gap = touch(self._mechanism, contact, ground)
-        shape = poses[0].c.shape[:3]
-        columns = [stack_column(vector, shape) for vector in (place, *directions)]
-        return columns[0], columns[1:], gap.value if isinstance(gap, Jet) else np.zeros(shape[2])
-
     def _roll(self, contact: Contact, poses: list[Jet]) -> Constraints:
         """Return the rows of a contact, n·(v_A − v_B) = 0 in each of its directions."""
-        place, directions, gap = self._touch(contact, poses)
-        A, B = (frame_jet(poses, self._place[body]) for body in (contact.body, contact.on))
+        ground, shape = ground_on_jets(self._mechanism, self._place, poses), poses[0].c.shape[:3]
+        met, ends = touch(self._mechanism, contact, ground), (contact.body, contact.on)
+        # columns, trailing shape (n, 3, 1)
+        place, *directions = (stack_column(x, shape) for x in (met.place, *met.directions))
+        A, B = (frame_jet(poses, self._place[body]) for body in ends)
         velocity, rate, shifts = (
             a - b for a, b in zip(_carry(A, place), _carry(B, place), strict=True)
         )
@@ -163,9 +140,11 @@ class Held:
             slopes = np.einsum("ni,kni->nk", n, shifts)
             jacobian.append(_drop_rounding(slopes, np.asarray(terms)))
             gamma.append(np.einsum("ni,ni->n", n, rate) + np.einsum("ni,ni->n", turning, velocity))
-        residual = np.zeros((len(gap), len(directions)))
-        residual[:, 0] = gap
-        return Constraints(residual, np.stack(jacobian, axis=1), np.stack(gamma, axis=1))
+        residual = np.zeros((shape[2], len(directions)))
+        residual[:, 0] = met.gap.value if isinstance(met.gap, Jet) else 0.0
+        at = place.value[:, :, 0]
+        pushes = [Push(at, direction.value[:, :, 0], ends) for direction in directions]
+        return Constraints(residual, np.stack(jacobian, axis=1), np.stack(gamma, axis=1), [*pushes])
 
     def _state_laws(self, states: States) -> Constraints:
         """Return the rows Σ A_i v_i − b of the velocity constraints."""
@@ -184,12 +163,7 @@ class Held:
                 jacobian[:, row, k] = now
                 gamma[:, row] += rate * states.v[:, k]
             gamma[:, row] -= path(law.rate)[1]
-        return Constraints(np.zeros((n, size)), jacobian, gamma)
-
-
-def constraints(mechanism: Mechanism, states: States) -> Constraints:
-    """Return Φ, J and γ of all constraints on a mechanism's tree."""
-    return Held(mechanism).at(states)
+        return Constraints(np.zeros((n, size)), jacobian, gamma, [None] * size)
 
 
 def _angle(y: Any, x: Any) -> Any:
