@@ -225,3 +225,16 @@ def test_a_reaction_has_the_form_of_an_expert() -> None:
     )
     assert count_signs(row.partition(" = ")[2]) <= count_signs(expert)
     assert "2 beta" not in row
+
+
+def test_the_energy_of_a_heavy_top_is_a_sum_of_squares() -> None:
+    """½ I₁ (θ'² + φ'² sin²θ) + ½ I₃ (ψ' + φ' cos θ)² (Landau & Lifshitz, Mechanics, sect. 35)."""
+    text = derive(textbook.load("heavy_top")).text(steps=True)
+    for line in (
+        "T = 3 m (r^2 + 4 h^2) (theta'^2 + sin(theta)^2 phi'^2)/40"
+        " + 3 m r^2 (psi' + cos(theta) phi')^2/20",
+        "p_phi = 3 m (r^2 + 4 h^2) sin(theta)^2 phi'/20"
+        " + 3 m r^2 (psi' + cos(theta) phi') cos(theta)/10",
+        "p_psi = 3 m r^2 (psi' + cos(theta) phi')/10",
+    ):
+        assert f" {line}\n" in text

@@ -20,10 +20,11 @@ def linkage(
     rpy: tuple[float, float, float] = (0.3, 0.2, 0.1),
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0),
     scale: float = 1.0,
+    axis: tuple[float, float, float] = (0.0, -1.0, 0.0),
 ) -> mq.Mechanism:
     """Return a four-bar linkage of uniform bars in a tilted plane, closed by a loop."""
     a, b, c, d = (scale * length for length in (0.5, 1.4, 1.2, 1.3))
-    axis, along = (0.0, -1.0, 0.0), (1.0, 0.0, 0.0)
+    along = (1.0, 0.0, 0.0)
     x, y, z = offset
     bodies = [mq.Body(name) for name in ("ground", "frame")]
     bodies += [
@@ -120,6 +121,11 @@ def test_loops_of_all_kinds_close_in_any_tilt_offset_and_size(seed: int) -> None
     for method in ("lagrange", "newton_euler", "virtual_work"):
         found = mq.derive(mechanism, method=method).acceleration(q, v)
         np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("kind", ["hinge", "plate", "weld"])
+def test_each_axis_of_the_frames_of_a_loop_may_be_that_of_the_hinges(kind: str) -> None:
+    assert mq.verify(linkage(kind, axis=(0.0, 0.0, 1.0)), samples=4).agrees
 
 
 @pytest.mark.parametrize("kind", KINDS)

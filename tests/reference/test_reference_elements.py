@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from sympy import cos, sin, sqrt
 
 import mecanique as mq
 
@@ -140,3 +141,37 @@ def test_forces_of_a_train_of_gears_belong_to_their_meshes() -> None:
         mesh = int(action.name.removeprefix("mesh"))
         assert action.body in (f"w{mesh}", f"w{mesh + 1}")
         assert np.linalg.norm(action.force) == pytest.approx(abs(forces[action.name]), rel=1e-12)
+
+
+def test_a_massless_rod_pushes_along_itself() -> None:
+    """A slider crank whose connecting rod is a distance that the coordinate map keeps."""
+    r, l, m = mq.Parameter("r", 0.3, "m"), mq.Parameter("l", 1.0, "m"), mq.Parameter("m", 2.0, "kg")
+    phi = mq.coordinate("phi")
+    mechanism = mq.Mechanism(
+        "rod",
+        (
+            mq.Body("ground"),
+            mq.Body("crank", mq.rod(1.0, r, (1, 0, 0))),
+            mq.Body("slider", mq.particle(m)),
+        ),
+        (
+            mq.Revolute("A", "ground", "crank", axis=ACROSS, coordinate="phi"),
+            mq.Prismatic("rail", "ground", "slider", axis=(1, 0, 0), coordinate="x"),
+        ),
+        coordinates=mq.Coordinates(
+            ("phi",), {"x": r * cos(phi) + sqrt(l**2 - r**2 * sin(phi) ** 2)}
+        ),
+        gravity=(0.0, 0.0, 0.0),
+        elements=(mq.Loop.distance("rod", "crank", (r, 0, 0), "slider", (0, 0, 0), l),),
+        parameters=(r, l, m),
+    )
+    assert mq.verify(mechanism, samples=4).agrees
+    reference, q, v = mq.Reference(mechanism), np.array([0.7]), np.array([2.0])
+    reactions = reference.reactions(q, v)
+    acceleration = reference.followers(q, v, reference.acceleration(q, v))["x''"]
+    along = np.array([np.sqrt(1 - (0.3 * np.sin(0.7)) ** 2), 0, -0.3 * np.sin(0.7)])
+    pull = 2.0 * acceleration / along[0] * along
+    assert reactions["rail"].force == pytest.approx([0, 0, -pull[2]], abs=1e-12)
+    about_pin = np.cross(0.3 * np.array([np.cos(0.7), 0, np.sin(0.7)]), -pull)
+    spin = 0.3**2 / 3 * reference.acceleration(q, v)[0]
+    assert about_pin @ ACROSS == pytest.approx(spin, rel=1e-12)
