@@ -10,7 +10,9 @@ import pytest
 
 import mecanique as mq
 from mecanique.checking import budget
+from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes import search
+from mecanique.checking.mistakes.hypotheses import Hypotheses
 from mecanique.checking.mistakes.of_quantities import QuantityMistakes
 from mecanique.checking.verdict import Mistake
 
@@ -135,3 +137,24 @@ def test_deriving_the_right_equations_does_not_count(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(budget, "SECONDS", 0.5)
     mechanism = mq.textbook.load("double_pendulum", l1=1.3)
     assert mq.check(mechanism, "q1'' = 0").outcome == "wrong"
+
+
+def test_what_mistakes_lead_to_is_derived_once_for_all_lines(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Derivations do not depend on the text, so that no clock bounds them."""
+    made: list[Hypotheses] = []
+    build = Hypotheses.__init__
+
+    def count(self: Hypotheses, truth: Truth) -> None:
+        made.append(self)
+        build(self, truth)
+
+    monkeypatch.setattr(Hypotheses, "__init__", count)
+    counts = []
+    for lines in (2, 12):
+        made.clear()
+        answer = mq.check(PENDULUM, "\n".join(["9.81"] * lines), "frequency")
+        assert answer.outcome == "wrong"
+        counts.append(len(made))
+    assert counts[1] <= counts[0]

@@ -55,12 +55,15 @@ class QuantityMistakes:
     def __init__(self, truth: Truth, hypotheses: Hypotheses) -> None:
         self._truth = truth
         self._hypotheses = hypotheses
+        self._quantity: AskedQuantity | None = None
+        self._known: list[tuple[Mistake, Claims]] = []
+        self._rest: Iterator[tuple[Mistake, Claims]] = iter(())
 
     def explain(self, residual: Residual, quantity: AskedQuantity) -> Iterator[Mistake]:
         """Yield the mistakes after which a formula would be right."""
         if self._truth.derivation is None or residual.sample.count != self._truth.sample.count:
             return
-        for mistake, claims in self._list_claims(quantity):
+        for mistake, claims in self._recall_claims(quantity):
             spend()
             if _holds(residual, claims):
                 yield mistake
@@ -78,6 +81,15 @@ class QuantityMistakes:
             spend()
             if _holds(replace(residual, root=changed), claims):
                 yield mistake
+
+    def _recall_claims(self, quantity: AskedQuantity) -> Iterator[tuple[Mistake, Claims]]:
+        """Yield the claims of mistakes, which are derived once for all lines of an answer."""
+        if self._quantity is not quantity:
+            self._quantity, self._known, self._rest = quantity, [], self._list_claims(quantity)
+        yield from self._known
+        for claim in self._rest:
+            self._known.append(claim)
+            yield claim
 
     def _list_claims(self, quantity: AskedQuantity) -> Iterator[tuple[Mistake, Claims]]:
         """Yield mistakes, each with what a formula says that makes it."""
