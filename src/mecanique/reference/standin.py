@@ -162,14 +162,6 @@ class SE3:
         R, p = self.rotation, self.translation
         return Force(R.T @ force.linear, R.T @ (force.angular - cross(p, force.linear)))
 
-    def twist_inside(self) -> Array:
-        """Return the matrix that transforms twists from the outer frame to the inner, (6, 6)."""
-        R = self.rotation
-        X = np.zeros((6, 6))
-        X[:3, :3] = X[3:, 3:] = R.T
-        X[:3, 3:] = -R.T @ hat(self.translation)
-        return X
-
 
 def log3(turn: Array) -> Array:
     """Return the rotation vector of a rotation, shape (3,)."""
@@ -325,7 +317,8 @@ class Data:
         self.v, self.a, self.a_gf = twists(), twists(), twists()
         self.f = [Force(np.zeros(6)) for _ in range(count)]
         self.Ycrb = [Inertia.Zero() for _ in range(count)]
-        self.own = np.zeros((count, 6, nv))
+        self.masses = [inertia.matrix() for inertia in model.inertias]
+        self.own, self.inside = np.zeros((count, 6, nv)), np.zeros((count, 6, 6))
         self.J, self.dJ = np.zeros((6, nv)), np.zeros((6, nv))
         self.joints = model.joints
 
@@ -446,7 +439,7 @@ def rnea(
     for i in range(1, model.njoints):
         data.a_gf[i].vector[:] = data.a[i].vector
         data.a_gf[i].linear -= data.oMi[i].rotation.T @ model.gravity.linear
-        inertia, twist = model.inertias[i].matrix(), data.v[i]
+        inertia, twist = data.masses[i], data.v[i]
         momentum = Force(inertia @ twist.vector)
         data.f[i].vector[:] = inertia @ data.a_gf[i].vector + twist.cross(momentum).vector
         if external is not None:
@@ -473,12 +466,13 @@ def computeGeneralizedGravity(model: Model, data: Data, q: Array) -> Array:
 def crba(model: Model, data: Data, q: Array) -> Array:
     """Return the mass matrix, shape (nv, nv)."""
     _place(model, data, q)
+    _find_own(model, data)
     data.Ycrb[:] = [
         Inertia(inertia.mass, inertia.lever, inertia.inertia) for inertia in model.inertias
     ]
     M = np.diag(model.armature)
     for i in range(model.njoints - 1, 0, -1):
-        M += data.own[i].T @ model.inertias[i].matrix() @ data.own[i]
+        M += data.own[i].T @ data.masses[i] @ data.own[i]
         if model.parents[i]:
             data.Ycrb[model.parents[i]] += data.liMi[i].act(data.Ycrb[i])
     return M
@@ -529,6 +523,7 @@ def computeJointJacobiansTimeVariation(model: Model, data: Data, q: Array, v: Ar
 def computeFrameJacobian(model: Model, data: Data, q: Array, frame: int, axes: str) -> Array:
     """Return the Jacobian of a frame in world axes at its origin, shape (6, nv)."""
     _place(model, data, q)
+    _find_own(model, data)
     at = model.frames[frame]
     own, turn = data.own[at.parentJoint], data.oMi[at.parentJoint].rotation
     linear = own[:3] - hat(at.placement.translation) @ own[3:]
@@ -548,22 +543,32 @@ def _span(joint: Joint) -> slice:
 
 
 def _place(model: Model, data: Data, q: Array) -> None:
-    """Set the poses and own Jacobians of the joints."""
+    """Set the poses of the joints."""
     for i in range(1, model.njoints):
-        joint, parent = model.joints[i], model.parents[i]
-        inside = model.jointPlacements[i] * SE3(*joint.place(q))
-        pose = data.oMi[parent] * inside
-        data.liMi[i].rotation[:], data.liMi[i].translation[:] = inside.rotation, inside.translation
-        data.oMi[i].rotation[:], data.oMi[i].translation[:] = pose.rotation, pose.translation
-        data.own[i] = inside.twist_inside() @ data.own[parent]
-        data.own[i][:, _span(joint)] = joint.S
+        rotation, translation = model.joints[i].place(q)
+        fixed, inside, outside = model.jointPlacements[i], data.liMi[i], data.oMi[model.parents[i]]
+        inside.rotation[:] = fixed.rotation @ rotation
+        inside.translation[:] = fixed.rotation @ translation + fixed.translation
+        data.oMi[i].rotation[:] = outside.rotation @ inside.rotation
+        data.oMi[i].translation[:] = outside.rotation @ inside.translation + outside.translation
+
+
+def _find_own(model: Model, data: Data) -> None:
+    """Set the own Jacobians of the joints, and how twists are transformed into their frames."""
+    for i in range(1, model.njoints):
+        inside, back = data.inside[i], data.liMi[i].rotation.T
+        inside[:3, :3] = inside[3:, 3:] = back
+        inside[:3, 3:] = -back @ hat(data.liMi[i].translation)
+        np.matmul(inside, data.own[model.parents[i]], out=data.own[i])
+        data.own[i][:, _span(model.joints[i])] = model.joints[i].S
 
 
 def _move(model: Model, data: Data, v: Array, a: Array) -> None:
     """Set twists and accelerations, given the poses in the parents."""
+    _find_own(model, data)
     for i in range(1, model.njoints):
         joint, span = model.joints[i], _span(model.joints[i])
-        inside, parent = data.liMi[i].twist_inside(), model.parents[i]
+        inside, parent = data.inside[i], model.parents[i]
         relative, twist = joint.S @ v[span], data.own[i] @ v
         data.v[i].vector[:] = twist
         change = np.concatenate(
