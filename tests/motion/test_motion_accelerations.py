@@ -251,3 +251,6 @@ def test_the_momentum_of_a_long_motion_is_balanced_in_stretches() -> None:
     broken = momentum_balances(at_steps(heavier))[0]
     relative = np.linalg.norm(broken.residual, axis=1) / broken.size
     assert (relative.reshape(5, -1).max(axis=1) > 1e-3).all()
+    whole = momentum_balances(at_steps(motion), whole=True)[0]
+    assert len(whole.t) == len(at_steps(motion).t)
+    assert (np.linalg.norm(whole.residual, axis=1) < 1e-8 * whole.size).all()

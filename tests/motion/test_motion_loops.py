@@ -24,7 +24,6 @@ from mecanique.model import (
 from mecanique.motion import Motion, simulate
 from mecanique.motion.analysis.forces import Actions
 from mecanique.motion.record.events import Event
-from mecanique.motion.tolerances import OFF_LOOPS
 from mecanique.reference import Reference
 from mecanique.reference.engine.load import EngineModel, load
 
@@ -94,11 +93,8 @@ def test_positions_velocities_and_energy_are_kept(linkage: Motion) -> None:
 def test_the_balances_of_the_audit_hold_with_the_forces_of_the_loops(linkage: Motion) -> None:
     audit = linkage.audit()
     assert audit.ok, str(audit)
-    # steps are audited as they were taken; asked for states, a motion puts them on the loops. What
-    # coordinates may be off by moves points by lengths of about 2 m, at rates of about 5 rad/s
-    off = OFF_LOOPS * linkage.statistics.rtol
-    assert audit["loops, in lengths or radians"].residual < 2 * off
-    assert audit["rates of the loops"].residual < 10 * off
+    assert audit["loops, in lengths or radians"].residual < 1e-13
+    assert audit["rates of the loops"].residual < 1e-12
 
 
 def test_the_audit_sees_loops_that_drift(linkage: Motion) -> None:

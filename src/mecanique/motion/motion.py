@@ -136,7 +136,7 @@ class Motion(Trajectory):
 
         Args:
             refine: also integrate again with a smaller tolerance, to find until when the motion can
-                be trusted.
+                be trusted, and balance momenta along the whole motion.
             accuracy: the error that is then accepted, relative to the largest coordinate.
         """
         return audit(self, refine=refine, accuracy=accuracy)

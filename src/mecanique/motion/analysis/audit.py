@@ -14,6 +14,8 @@ from mecanique.model.constraint_base import PressingContact
 from mecanique.motion.analysis.energies import energies
 from mecanique.motion.analysis.extremes import find_maxima
 from mecanique.motion.compile.along import StateLaw, StateSums
+from mecanique.motion.record.curve import State
+from mecanique.motion.record.loops import ClosedLoops
 from mecanique.motion.simulation.watching import pressings
 from mecanique.motion.tolerances import BALANCED, SLACK_CORD
 from mecanique.motion.trajectory import Trajectory, look_along
@@ -177,17 +179,19 @@ def audit(motion: Trajectory, *, refine: bool = False, accuracy: float = 1e-6) -
     rows = [_row("energy", energy.balance[:, None], energy.scale, limit, "J", seen.t)]
     # what holds a velocity constraint is not known
     known = not motion.mechanism.velocity_constraints
-    for balance in momentum_balances(seen) if known else ():
+    for balance in momentum_balances(seen, whole=refine) if known else ():
         unit, times = balance.unit, balance.t
         rows.append(_row(balance.name, balance.residual, balance.size, limit, unit, times))
     if motion.mechanism.constrained:
         most = motion.statistics.rtol + BALANCED
-        # the samples are somebody's data, too
-        of_steps, of_samples = (spread(len(m.t), MOST_ASKED) for m in (seen, motion))
-        t, q, v = (
-            np.concatenate([steps[of_steps], samples[of_samples]])
-            for steps, samples in ((seen.t, motion.t), (seen.q, motion.q), (seen.v, motion.v))
+        of_steps, of_samples = (
+            State(m.t[some], m.q[some], m.v[some])
+            for m in (seen, motion)
+            for some in [spread(len(m.t), MOST_ASKED)]
         )
+        # a motion puts states on the loops when it is asked for them; samples are somebody's data
+        of_steps = ClosedLoops(motion.reference, motion.statistics.rtol).close_state(of_steps)
+        t, q, v = map(np.concatenate, zip(of_steps.arrays, of_samples.arrays, strict=True))
         drift = motion.reference.drift(q, v, t)
         speed = 1.0 + float(np.abs(seen.v).max(initial=0.0))
         rows.append(_row("loops, in lengths or radians", drift[:, :1], 1.0, most, "", t))

@@ -44,7 +44,7 @@ _BALANCED = (
 )
 
 
-def momentum_balances(motion: Trajectory) -> list[MomentumBalance]:
+def momentum_balances(motion: Trajectory, *, whole: bool = False) -> list[MomentumBalance]:
     """Return the balances of linear and angular momentum.
 
     The rate of change of momentum is the resultant of the external forces, support reactions
@@ -52,7 +52,7 @@ def momentum_balances(motion: Trajectory) -> list[MomentumBalance]:
     (eqs. 1.3, 1.10), L̇ = M about the center of mass (eq. 1.12). Both sides are compared
     integrated, p(t) − p(0) − ∫ F dt, which needs no numerical derivative. Impulses of impacts are
     left out. The integral takes six states of each step, so that of a long motion stretches are
-    balanced, each from its own start.
+    balanced, each from its own start, unless the whole is wanted.
     """
     mechanism, curve = motion.mechanism, motion.curve
     if not any(
@@ -60,7 +60,7 @@ def momentum_balances(motion: Trajectory) -> list[MomentumBalance]:
     ):
         return []
     stretches, count = [motion], len(curve.intervals)
-    if count > MOST_STEPS:
+    if count > MOST_STEPS and not whole:
         firsts = curve.intervals[spread(count - LENGTH, STRETCHES)]
         stretches = [
             at_steps(replace(motion, path=curve.part(first, first + LENGTH + 1)))

@@ -499,8 +499,8 @@ class Corners:
         """Return the velocities without those of contacts whose bounces are over, and these.
 
         Bounces accumulate (chattering, after Zeno). With each contact comes the time that the rest
-        of its bounces takes: from a speed u one takes 2 u/g
-        and the next e times that, together 2 u/(g (1 − e)).
+        of its bounces takes: a bounce at speed u takes 2 u/g and the next e times that, together
+        2 u/(g (1 − e)).
         """
         terms = self.rows.at(q, v, t)
         # while all is apart, joints rub as they did before
