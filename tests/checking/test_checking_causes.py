@@ -181,3 +181,10 @@ def test_the_slip_in_a_quantity_is_the_first_cause(
     """What a student got wrong is named first in energies and frequencies, as in equations."""
     first = mq.check(mq.textbook.load(system), answer, ask).causes[0]
     assert words in first.text
+
+
+def test_parts_are_quoted_from_their_line_also_after_one_without_letters() -> None:
+    answer = mq.check(mq.textbook.load("simple_pendulum"), "1 = 2\nl q'' + g sin(q) + l = 0")
+    nothing, units = answer.lines[0].causes[0], answer.lines[1].causes[0]
+    assert nothing.text == "no letter of the system occurs in it"
+    assert units.text == "the units do not match: 'l q''' is in m/s², 'l' in m"

@@ -248,6 +248,10 @@ TEXTS |= {
         '<joint type="ball" damping="0.3"/>' + GEOM,
         '<option><flag damper="disable"/></option>',
     ),
+    "ball without a spring by flag": body(
+        '<joint type="ball" stiffness="3"/>' + GEOM,
+        '<option><flag spring="disable"/></option>',
+    ),
     "a drone in air": world(f"<body>{TILTED}<freejoint/></body>", MEDIUM),
     "a drone in thin air": world(f"<body>{TILTED}<freejoint/></body>", '<option density="1.2"/>'),
     "a drone in oil": world(f"<body>{TILTED}<freejoint/></body>", '<option viscosity="2"/>'),
