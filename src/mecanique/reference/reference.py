@@ -31,7 +31,7 @@ from mecanique.reference.engine.answers import (
     local_point,
 )
 from mecanique.reference.engine.bodies import (
-    Frame,
+    MovingFrame,
     massive,
     momenta,
     motions,
@@ -401,7 +401,7 @@ class Reference(Dynamics):
         """
         return motions(self._tree, self._frames(States.of(self.mechanism, q, v, t, a)))
 
-    def _frames(self, states: States) -> list[Frame]:
+    def _frames(self, states: States) -> list[MovingFrame]:
         """Return the frames of the joints, as the engine answers them."""
         return read_frames(self._answer(states, self._tree.carry, accelerations=True))
 

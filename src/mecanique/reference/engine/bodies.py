@@ -18,7 +18,7 @@ from mecanique.reference.engine.tree import EngineTree
 from mecanique.reference.vectors import cross, rotate
 
 
-class Frame(NamedTuple):
+class MovingFrame(NamedTuple):
     """How the frame of a joint moves, world axes, in one state or in n."""
 
     turn: Array  # shape (3, 3) or (n, 3, 3)
@@ -45,17 +45,17 @@ class Frame(NamedTuple):
         return PointMotion(self.place + arm, self.velocity + swing, change)
 
 
-def read_frames(rows: Array) -> list[Frame]:
+def read_frames(rows: Array) -> list[MovingFrame]:
     """Return the frames of all joints by what `EngineTree.carry` answers, shape (…, nj, 24)."""
     turns, place, velocity, omega, change, alpha = np.split(rows, (9, 12, 15, 18, 21), axis=-1)
     turns = turns.reshape(*turns.shape[:-1], 3, 3)
     # from the spatial to the classical acceleration
     vectors = (velocity, change + np.cross(omega, velocity), omega, alpha)
     parts = np.stack([place, *np.moveaxis(turns @ np.stack(vectors, axis=-1), -1, 0)])
-    return [Frame(turns[..., k, :, :], *parts[..., k, :]) for k in range(rows.shape[-2])]
+    return [MovingFrame(turns[..., k, :, :], *parts[..., k, :]) for k in range(rows.shape[-2])]
 
 
-def motions(tree: EngineTree, frames: list[Frame]) -> BodyMotions:
+def motions(tree: EngineTree, frames: list[MovingFrame]) -> BodyMotions:
     """Return the motions of the mechanism's bodies."""
     holders = [tree.engine.holders[body.name] for body in tree.mechanism.bodies]
     shape = (*frames[0].place.shape[:-1], len(holders))
@@ -69,7 +69,7 @@ def motions(tree: EngineTree, frames: list[Frame]) -> BodyMotions:
     return BodyMotions(poses, *vectors)
 
 
-def momenta(tree: EngineTree, frames: list[Frame]) -> Momentum:
+def momenta(tree: EngineTree, frames: list[MovingFrame]) -> Momentum:
     """Return p = Σ m v_c and L = Σ (c × m v_c + I ω), about the origin and the common center."""
     linear, angular, first = (np.zeros_like(frames[0].place) for _ in range(3))
     for inertia, frame in massive(tree, frames):
@@ -82,7 +82,7 @@ def momenta(tree: EngineTree, frames: list[Frame]) -> Momentum:
     return Momentum(linear, angular, angular - cross(first / (tree.moving_mass or 1.0), linear))
 
 
-def resultants(tree: EngineTree, frames: list[Frame]) -> Resultant:
+def resultants(tree: EngineTree, frames: list[MovingFrame]) -> Resultant:
     """Return what changes the momenta, F = Σ m a_c and M = Σ (c × m a_c + I α + ω × I ω)."""
     force, moment, first = (np.zeros_like(frames[0].place) for _ in range(3))
     for inertia, frame in massive(tree, frames):
@@ -97,7 +97,7 @@ def resultants(tree: EngineTree, frames: list[Frame]) -> Resultant:
     return Resultant(force, moment, first / (tree.moving_mass or 1.0))
 
 
-def massive(tree: EngineTree, frames: list[Frame]) -> Iterator[tuple[Any, Frame]]:
+def massive(tree: EngineTree, frames: list[MovingFrame]) -> Iterator[tuple[Any, MovingFrame]]:
     """The inertias that move, each with its frame."""
     for inertia, frame in zip(list(tree.engine.model.inertias)[1:], frames[1:], strict=True):
         if inertia.mass or inertia.inertia.any():
