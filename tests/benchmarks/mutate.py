@@ -3,13 +3,13 @@
     python tests/benchmarks/mutate.py [NUMBER] [--seed SEED] [--room ROOM] [--again OUTPUT]
         [--tests FILE …]
 
-Takes NUMBER places of derivation, reference and verification at random and changes one operator
-at each: a sign, + for −, · for /, a product's order, a comparison, an index or a number. Each
-change meets the tests that run its line, fastest first, then the others of their files, in a fork
-of a process that has collected all tests; the code of the loaded functions is exchanged, nothing is
-written into the source. A test that fails, or that never ends, has caught the change. Text is left
-alone: strings, error messages, functions that return a string. A part of a run is a fair sample:
-the order is random.
+Takes NUMBER places of the rooms where laws stand at random and changes one operator at each: a
+sign, + for −, · for /, a product's order, a comparison, an index or a number. Each change meets the
+tests that run its line, fastest first, then the others of their files, in a fork of a process that
+has collected all tests; the code of the loaded functions is exchanged, nothing is written into the
+source. A test that fails, or that never ends, has caught the change. Text is left alone: strings,
+error messages, functions that return a string. A part of a run is a fair sample: the order is
+random.
 --room changes one room alone, --again tries what survived a former run once more, --tests meets
 them with these tests alone.
 """
@@ -48,14 +48,23 @@ import sympy  # noqa: F401
 
 ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src"
-ROOMS = ("derivation", "reference", "verification")
+ROOMS = (
+    "derivation",
+    "reference",
+    "verification",
+    "model",
+    "program",
+    "generation/mechanics",
+)
 TEXT = ("derivation/printing", "derivation/document", "derivation/glossary")
 SUITES = [
-    *(str(ROOT / "tests" / room) for room in (*ROOMS, "model", "rolling", "textbook")),
+    *(str(ROOT / "tests" / room) for room in ("derivation", "reference", "verification", "model")),
+    *(str(ROOT / "tests" / room) for room in ("generation", "rolling", "textbook")),
+    *(str(ROOT / "tests" / f"test_{name}.py") for name in ("forces", "potentials")),
     *(str(ROOT / "tests" / "motion" / f"test_motion_{name}.py") for name in ("loops", "linear")),
     str(ROOT / "tests" / "motion" / "test_motion_linear_letters.py"),
 ]
-"""Those of the core and of what it derives, and of motions singular positions and letters."""
+"""Those of the core, of what is derived and generated, and of motions singular and in letters."""
 ENOUGH = 30
 """CPU seconds of tests that a change meets, the fastest first."""
 PATIENCE = 20
