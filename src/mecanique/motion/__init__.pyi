@@ -9,16 +9,16 @@ from mecanique.motion.inertial import (
     InertialCheck as InertialCheck,
     inertial_check as inertial_check,
 )
+from mecanique.motion.linear.equilibria import (
+    Equilibrium as Equilibrium,
+    equilibria as equilibria,
+)
 from mecanique.motion.linear.linearization import (
     Linearization as Linearization,
     Response as Response,
     frequency_response as frequency_response,
 )
-from mecanique.motion.linear.linearize import (
-    Equilibrium as Equilibrium,
-    equilibria as equilibria,
-    linearize as linearize,
-)
+from mecanique.motion.linear.linearize import linearize as linearize
 from mecanique.motion.linear.speeds import (
     SpeedMatrices as SpeedMatrices,
     SpeedRange as SpeedRange,

@@ -10,7 +10,7 @@ import numpy as np
 from mecanique.errors import ClosureError, InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import list_left_out
-from mecanique.motion.linear.equilibrium import TreeMotion, effort, free_near
+from mecanique.motion.linear.free_motions import TreeMotion, effort, free_near
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.simulation.problem import Values
 from mecanique.motion.tolerances import DIFFERENCES, UNRESISTED

@@ -14,7 +14,7 @@ from mecanique.errors import DerivationError, InputError, IntegrationError, Unkn
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import add_unit, characteristic_length, units
-from mecanique.motion.linear.equilibrium import drop_disturbances
+from mecanique.motion.linear.free_motions import drop_disturbances
 from mecanique.motion.motion import Motion, simulate
 from mecanique.motion.output.plot import new_figure
 from mecanique.motion.record.curve import Curve

@@ -34,7 +34,7 @@ from mecanique.model.placement import Placement, rpy_of
 from mecanique.model.quaternions import to_matrices
 from mecanique.model.values import Given
 from mecanique.motion.linear.differences import slopes
-from mecanique.motion.linear.equilibrium import free_near
+from mecanique.motion.linear.free_motions import free_near
 from mecanique.motion.record.loops import begin_on_loops
 from mecanique.motion.tolerances import (
     ALIKE,
