@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.motion.linear import equilibrium
+from mecanique.motion.linear import equilibria
 
 
 @pytest.mark.parametrize(
@@ -44,14 +44,14 @@ def test_no_equilibrium_lies_lower(name: str) -> None:
 def test_starts_that_go_to_and_fro_are_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     """A third of 51 starts took a hundred steps each; the positions of rest come in pairs."""
     steps = 0
-    take = equilibrium._step
+    take = equilibria._step
 
     def count(slope: np.ndarray, value: np.ndarray, longest: float) -> np.ndarray:
         nonlocal steps
         steps += 1
         return take(slope, value, longest)
 
-    monkeypatch.setattr(equilibrium, "_step", count)
+    monkeypatch.setattr(equilibria, "_step", count)
     rest = mq.equilibria(mq.textbook.load("four_bar_linkage"))
     assert [e.stable for e in rest] == [True, False, True, False]
     # the linkage and its mirror image in the line of the pins

@@ -42,16 +42,16 @@ Reading: TypeAlias = "Callable[[Mapping[str, Array]], dict[str, Array]]"
 
 @final
 @dataclass(frozen=True, eq=False)
-class Terms:
+class EquationValues:
     """The equations M a + rest = 0 in the states, with the potential there and in moved states."""
 
     M: Array  # mass matrix, shape (n, nv, nv)
     rest: Array  # bias minus forces, shape (n, nv)
     V: Array  # shape (2, n)
 
-    def plus(self, other: Terms, factor: float = 1.0) -> Terms:
+    def plus(self, other: EquationValues, factor: float = 1.0) -> EquationValues:
         """Return the terms with a multiple of others."""
-        return Terms(
+        return EquationValues(
             self.M + factor * other.M, self.rest + factor * other.rest, self.V + factor * other.V
         )
 
@@ -64,7 +64,7 @@ class WrongDerivation:
     kind: str
     text: str  # the mistake in words; "{}" stands for the term
     weight: float  # the smaller, the likelier
-    terms: Terms
+    terms: EquationValues
     row: int = -1  # index of the changed equation; −1 for all
     term: Series | None = None  # the changed term, if there is only one
     released: tuple[int, ...] = ()  # indices of the constraints whose forces are left out
@@ -86,7 +86,7 @@ class RightEquations:
         self.derivation = derivation
         self.sample: Sample = truth.sample
         self.V = Lagrange(truth.mechanism, derivation.algebra).V
-        self.terms = Terms(
+        self.terms = EquationValues(
             self.sample.M, self.sample.bias - self.sample.forces, self._potential(self.V)
         )
 
@@ -99,11 +99,11 @@ class RightEquations:
         """Return the values of a series, shape (n,)."""
         return np.broadcast_to(self.evaluated(series), (self.sample.count,))
 
-    def with_rest(self, rest: Array) -> Terms:
+    def with_rest(self, rest: Array) -> EquationValues:
         """Return the right terms with another rest."""
         return replace(self.terms, rest=rest)
 
-    def rebuild(self, mechanism: Mechanism) -> Terms | None:
+    def rebuild(self, mechanism: Mechanism) -> EquationValues | None:
         """Return the terms of a changed mechanism in the same states."""
         try:
             lagrange = Lagrange(replace(mechanism, loops=(), contacts=()))
@@ -114,24 +114,26 @@ class RightEquations:
             return None
         return self._evaluate(derivation, lagrange.V)
 
-    def split(self, mechanism: Mechanism) -> tuple[Terms, Terms] | None:
+    def split(self, mechanism: Mechanism) -> tuple[EquationValues, EquationValues] | None:
         """Return the terms of a changed mechanism without gravity, and those that it adds."""
         whole = self.rebuild(mechanism)
         still = self.rebuild(replace(mechanism, gravity=(0.0, 0.0, 0.0)))
         return (still, whole.plus(still, -1)) if whole and still else None
 
-    def reread(self, read: Reading) -> Terms:
+    def reread(self, read: Reading) -> EquationValues:
         """Return the right equations with letters taken for others."""
         return self._evaluate(self.derivation, self.V, read)
 
-    def _evaluate(self, derivation: Derivation, V: Series, read: Reading | None = None) -> Terms:
+    def _evaluate(
+        self, derivation: Derivation, V: Series, read: Reading | None = None
+    ) -> EquationValues:
         values, n = self.sample.values, self.sample.count
         taken = {**values, **(read(values) if read else {})}
         evaluated = Evaluation(derivation.algebra.ring, taken)
         with np.errstate(all="ignore"):
             M = stack_mass(derivation, evaluated, n)
             bias, forces = (stack(rows, evaluated, n) for rows in (derivation.h, derivation.Q))
-            return Terms(M, bias - forces, self._potential(V, read))
+            return EquationValues(M, bias - forces, self._potential(V, read))
 
     def _potential(self, V: Series, read: Reading | None = None) -> Array:
         """Return V in the states and in moved ones, shape (2, n)."""
@@ -476,7 +478,7 @@ def _forget_free_length(
 
 
 def _body(
-    right: RightEquations, mechanism: Mechanism, body: Body, still: Terms
+    right: RightEquations, mechanism: Mechanism, body: Body, still: EquationValues
 ) -> Iterator[WrongDerivation]:
     """Yield mistakes about a body: inertia about center or joint, Steiner's term, weight."""
     bare = right.split(_with_body(mechanism, body.replace(inertia=(0.0,) * 6)))
@@ -517,8 +519,11 @@ def _body(
 
 
 def _at_end(
-    right: RightEquations, mechanism: Mechanism, body: Body, known: tuple[Terms, Terms]
-) -> Iterator[tuple[str, float, str, Terms]]:
+    right: RightEquations,
+    mechanism: Mechanism,
+    body: Body,
+    known: tuple[EquationValues, EquationValues],
+) -> Iterator[tuple[str, float, str, EquationValues]]:
     """Yield a body with its mass, or with its weight alone, at its end."""
     particle, still = known
     far = body.replace(center=tuple(2 * x for x in body.center))

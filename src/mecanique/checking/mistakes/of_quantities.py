@@ -28,7 +28,12 @@ from mecanique.checking.grammar.tree import (
 from mecanique.checking.judgement.motion import Residual
 from mecanique.checking.judgement.quantities import ENERGIES, AskedQuantity, measure, roll
 from mecanique.checking.judgement.truth import Truth, stack_mass, value_of
-from mecanique.checking.mistakes.hypotheses import Hypotheses, Reading, Terms, list_relative
+from mecanique.checking.mistakes.hypotheses import (
+    EquationValues,
+    Hypotheses,
+    Reading,
+    list_relative,
+)
 from mecanique.checking.verdict import Mistake
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.symbolic.lagrange import Lagrange
@@ -267,7 +272,7 @@ class QuantityMistakes:
                 yield mistake
 
 
-def _oscillate(below: Terms, above: Terms) -> Array:
+def _oscillate(below: EquationValues, above: EquationValues) -> Array:
     """Return the frequency about the middle of two positions near each other."""
     rise = above.rest[:, 0] - below.rest[:, 0]
     return np.sqrt(rise / (2 * _STEP * above.M[:, 0, 0]))

@@ -33,10 +33,10 @@ from mecanique.derivation.symbolic.derivation import (
     mass_and_bias,
 )
 from mecanique.derivation.symbolic.forces import Work, find_potential, length_names, works_of
+from mecanique.derivation.symbolic.inertias import inertia_stages
 from mecanique.derivation.symbolic.kinematics import (
     Kinematics,
     geometry_stages,
-    inertia_stages,
     quaternion_stages,
 )
 from mecanique.derivation.symbolic.multipliers import (

@@ -30,7 +30,8 @@ from mecanique.derivation.symbolic.derivation import (
     mass_and_bias,
 )
 from mecanique.derivation.symbolic.forces import length_names
-from mecanique.derivation.symbolic.kinematics import inertia_stages, quaternion_stages
+from mecanique.derivation.symbolic.inertias import inertia_stages
+from mecanique.derivation.symbolic.kinematics import quaternion_stages
 from mecanique.derivation.symbolic.multipliers import (
     independent_displacements,
     list_alone,

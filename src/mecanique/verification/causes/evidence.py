@@ -27,7 +27,7 @@ from mecanique.model.slips import Cause
 from mecanique.model.states import States
 
 
-class Tree(NamedTuple):
+class TreeChange(NamedTuple):
     """What a change replaces in the tree of a mechanism, by place."""
 
     origins: Mapping[int, Array] = MappingProxyType({})  # frames of joints
@@ -124,7 +124,7 @@ class Evidence:
         kinds, inputs, answers = zip(*parts, strict=True)
         return cls(mechanism, Inputs.join(inputs), np.concatenate(answers), np.repeat(kinds, n))
 
-    def after(self, effect: Array, tree: Tree, slopes: Array | None) -> Evidence:
+    def after(self, effect: Array, tree: TreeChange, slopes: Array | None) -> Evidence:
         """Return what is left to explain after an effect (n, nv), with slopes (k, n, nv)."""
         evidence = copy(self)
         for name in ("regressor", "before"):
@@ -165,7 +165,9 @@ class Evidence:
             tau = tau - recursion.forces(states) * inputs.loads[:, None]
         return tau
 
-    def change(self, trees: Sequence[Tree], rows: npt.NDArray[np.intp] | None = None) -> Array:
+    def change(
+        self, trees: Sequence[TreeChange], rows: npt.NDArray[np.intp] | None = None
+    ) -> Array:
         """Return what each changed tree answers in some experiments, shape (trees, n, nv)."""
         rows = np.arange(len(self.inputs)) if rows is None else rows
         lot = max(1, _MOST // len(rows))
@@ -432,7 +434,7 @@ class Hypothesis:
     free: int = 0  # how many numbers were chosen so that it fits
     amount: Amount = field(default_factory=Amount)  # how plain these are
     # of the changed mechanism; a change without one only adds to the answers
-    tree: Tree = field(default_factory=Tree)
+    tree: TreeChange = field(default_factory=TreeChange)
     slopes: Array | None = None  # of the answers by each number chosen, shape (free, n, nv)
 
 
@@ -450,7 +452,7 @@ def promising(
         return
     whole = answer(kept, np.arange(len(evidence.inputs)))
     for guess, predicted in zip(kept, whole, strict=True):
-        tree = getattr(guess, "tree", Tree())
+        tree = getattr(guess, "tree", TreeChange())
         yield Hypothesis(guess.kind, guess.where, guess.text, predicted, tree=tree)
 
 
@@ -461,7 +463,7 @@ class Family:
 
     kind: str
     where: str
-    change: Callable[[Array], Tree]  # what these numbers change
+    change: Callable[[Array], TreeChange]  # what these numbers change
     say: Callable[[Array, Array], str]  # what they mean, in words, with their standard deviations
     amount: Callable[[Array], Amount]  # how plain they are
     starts: tuple[Array, ...]  # where to begin, each shape (numbers,)
@@ -475,8 +477,8 @@ class Family:
 def fit_families(
     evidence: Evidence,
     families: Sequence[Family],
-    residuals: Callable[[list[Tree]], Array],
-    answers: Callable[[list[Tree]], Array],
+    residuals: Callable[[list[TreeChange]], Array],
+    answers: Callable[[list[TreeChange]], Array],
     most: int | None = None,
 ) -> Iterator[Hypothesis]:
     """Yield the changes with the numbers that fit best, if they explain anything.

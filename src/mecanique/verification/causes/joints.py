@@ -28,7 +28,7 @@ from mecanique.verification.causes.evidence import (
     Family,
     Hypothesis,
     Inputs,
-    Tree,
+    TreeChange,
     deviations,
     fit,
     fit_families,
@@ -212,7 +212,7 @@ _MOST = 12
 def placement_changes(evidence: Evidence) -> Iterator[Hypothesis]:
     """Joints moved, turned and with tilted axes by amounts that fit."""
 
-    def residuals(trees: list[Tree]) -> Array:
+    def residuals(trees: list[TreeChange]) -> Array:
         flat = evidence.weigh(evidence.change(trees) - evidence.tau)
         return np.nan_to_num(flat, nan=1e9, posinf=1e9, neginf=-1e9)
 
@@ -226,7 +226,7 @@ def placement_changes(evidence: Evidence) -> Iterator[Hypothesis]:
 
 
 def _choose(
-    by_joint: list[dict[str, Family]], residuals: Callable[[list[Tree]], Array], off: Array
+    by_joint: list[dict[str, Family]], residuals: Callable[[list[TreeChange]], Array], off: Array
 ) -> list[Family]:
     """The joints, of each way, whose small changes explain most."""
     families = [family for ways in by_joint for family in ways.values()]
@@ -264,9 +264,9 @@ def _families(evidence: Evidence, k: int) -> Iterator[tuple[str, Family]]:
     ) -> Family:
         """Return the way to move by x · steps and to turn by x · turns, shape (numbers, 3)."""
 
-        def change(x: Array) -> Tree:
+        def change(x: Array) -> TreeChange:
             frame = _move(X, p + x @ steps)
-            return Tree({k: _face(frame, X[:3, :3] @ turn_about(x @ turns))})
+            return TreeChange({k: _face(frame, X[:3, :3] @ turn_about(x @ turns))})
 
         start = np.zeros(len(steps))
         return Family(kind, where, change, lambda x, _: say(x), amount, (start,))
@@ -358,8 +358,8 @@ def _change_angle(k: int, X: Array, where: str, rpy: Array, which: tuple[int, st
     at, name = which
     before = rpy[at]
 
-    def change(x: Array) -> Tree:
-        return Tree({k: _face(X, slips.turn_of(rpy + x[0] * np.eye(3)[at]))})
+    def change(x: Array) -> TreeChange:
+        return TreeChange({k: _face(X, slips.turn_of(rpy + x[0] * np.eye(3)[at]))})
 
     def say(x: Array, _: Array) -> str:
         return f"{name} of {where}: {before + x[0]:.6g} rad instead of {before:.6g} rad"
@@ -406,7 +406,7 @@ class Frames:
     kind: str
     where: str
     text: str
-    tree: Tree
+    tree: TreeChange
 
 
 def frame_changes(evidence: Evidence) -> Iterator[Hypothesis]:
@@ -425,23 +425,25 @@ def _variants(evidence: Evidence) -> Iterator[Frames]:
         X, where = recursion.origins[k], f"joint {link.joint!r}"
         rpy = np.array(mechanism.evaluate_all(link.origin.rpy))
         for what, slip in _origins(X, rpy):
-            yield Frames(slip.kind, where, f"{what} of {where}: {slip.text}", Tree({k: slip.value}))
+            yield Frames(
+                slip.kind, where, f"{what} of {where}: {slip.text}", TreeChange({k: slip.value})
+            )
             text = f"{what} of every joint: {slip.text}"
             together.setdefault((slip.kind, text), {})[k] = slip.value
         yield from _axes(evidence, k)
     for (kind, text), origins in together.items():
         if len(origins) > 1:
-            yield Frames(kind, "", text, Tree(origins))
+            yield Frames(kind, "", text, TreeChange(origins))
     for factor, kind, text in slips.MILLIMETERS:
         said = f"{text} ({say_factor(factor)})"
         origins = {k: _move(X, factor * X[:3, 3]) for k, X in enumerate(recursion.origins)}
         scale = np.diag([factor, factor, factor, 1.0])
         moments = {k: scale @ J @ scale for k, J in enumerate(recursion.moments)}
         where = "every length, of joints, centers and inertias"
-        yield Frames(kind, "", f"{where}: {said}", Tree(origins, moments))
+        yield Frames(kind, "", f"{where}: {said}", TreeChange(origins, moments))
         moments = {k: _shift(J, factor) for k, J in enumerate(recursion.moments)}
         where = "every length, of joints and centers"
-        yield Frames(kind, "", f"{where}: {said}", Tree(origins, moments))
+        yield Frames(kind, "", f"{where}: {said}", TreeChange(origins, moments))
 
 
 def _origins(X: Array, rpy: Array) -> Iterator[tuple[str, Slip]]:
@@ -477,10 +479,10 @@ def _axes(evidence: Evidence, k: int) -> Iterator[Frames]:
             yield Frames("joint axis", where, said, _lead(k, right_axis, axis))
 
 
-def _lead(k: int, right_axis: Array, axis: Array) -> Tree:
+def _lead(k: int, right_axis: Array, axis: Array) -> TreeChange:
     """Return a joint that moves along another axis of its frame; all frames stay at zero."""
     Q = _face(np.eye(4), _from_to(right_axis, axis))
-    return Tree(turns={k: Q})
+    return TreeChange(turns={k: Q})
 
 
 def _from_to(a: Array, b: Array) -> Array:

@@ -19,7 +19,7 @@ from mecanique.verification.causes.evidence import (
     Evidence,
     Family,
     Hypothesis,
-    Tree,
+    TreeChange,
     fit_families,
     give,
     give_all,
@@ -115,7 +115,7 @@ def fit_inertias(evidence: Evidence) -> Iterator[Hypothesis]:
                     text,
                     effect.answer(evidence, [any_other], J)[0],
                     len(solution),
-                    tree=Tree(moments={k: any_other}),
+                    tree=TreeChange(moments={k: any_other}),
                     slopes=np.moveaxis(effect.columns, -1, 0),
                 )
     for _, k, effect in sorted(fits, key=lambda fit: fit[0])[:_CLOSER]:
@@ -176,8 +176,8 @@ class _Link:
     ) -> Family:
         """Return the family that gives mass, center and inertia about it by some numbers."""
 
-        def change(x: Array) -> Tree:
-            return Tree(moments={self._k: moments_of(*make(x))})
+        def change(x: Array) -> TreeChange:
+            return TreeChange(moments={self._k: moments_of(*make(x))})
 
         return Family(kind, self.where, change, say, amount, starts or (np.zeros(1),))
 
@@ -328,7 +328,7 @@ def link_changes(evidence: Evidence) -> Iterator[Hypothesis]:
         for what, slip in _variants(J, standing[k], recursion.origins[k][:3, :3], root=root):
             effect = np.einsum("nvab,ab->nv", Y[:, :, k], slip.value - J)
             answers, text = evidence.base + effect, f"{what} of {where}: {slip.text}"
-            tree = Tree(moments={k: slip.value})
+            tree = TreeChange(moments={k: slip.value})
             yield Hypothesis(slip.kind, where, text, answers, tree=tree)
             key = slip.kind, f"{what} of every link: {slip.text}"
             of_all[key] = of_all.get(key, 0.0) + effect
