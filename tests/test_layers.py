@@ -121,6 +121,7 @@ ORDER: dict[str, list[str]] = {
         "symbols vectors",
         "derivation",
         "kinematics",
+        "inertias",
         "constraints forces multipliers",
         "cutting",
         "balances",
