@@ -13,7 +13,6 @@ from mecanique.derivation.mechanics.vectors import Rows
 from mecanique.derivation.scalars.polynomials import exponents
 from mecanique.derivation.scalars.series import FOLLOWER, Kind, Ring, Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
-from mecanique.derivation.tolerances import ROUNDING
 from mecanique.errors import DerivationError
 from mecanique.program.tape import Tape, Value
 from mecanique.program.traced import trace, value_of
@@ -71,51 +70,12 @@ class Lowering:
 
     def _in_velocities(self, terms: dict[tuple[int, ...], Value]) -> Value:
         """Write a polynomial in the velocities."""
-        tape, total = self._tape, []
-        square: dict[tuple[int, ...], float] = {
-            speeds: c for speeds, c in terms.items() if len(speeds) == 2 and isinstance(c, float)
-        }
-        if len(square) > 1:
-            total.append(self._squares(square))
-        for speeds, c in terms.items():
-            if len(square) > 1 and speeds in square:
-                continue
-            product: Value = c
+        products = []
+        for speeds, product in terms.items():
             for index in speeds:
-                product = tape.multiply(product, self._generator(index))
-            total.append(product)
-        return tape.sum(total)
-
-    def _squares(self, form: dict[tuple[int, ...], float]) -> Value:
-        """Write a quadratic form as a sum of squares of linear forms, as far as possible."""
-        tape, total = self._tape, []
-        form = dict(form)
-        while form:
-            lead = next((key for key in sorted(form) if key[0] == key[1]), None)
-            if lead is None:
-                for (i, j), c in sorted(form.items()):
-                    product = tape.multiply(self._generator(i), self._generator(j))
-                    total.append(tape.multiply(c, product))
-                break
-            i, c = lead[0], form[lead]
-            linear = {
-                j if k == i else k: _simple(x / c / 2)
-                for (j, k), x in form.items()
-                if i in (j, k) and j != k
-            }
-            linear[i] = 1.0
-            names = sorted(linear)
-            before = tape.sum(tape.multiply(linear[j], self._generator(j)) for j in names)
-            total.append(tape.multiply(c, tape.multiply(before, before)))
-            for a, j in enumerate(names):
-                for k in names[a:]:
-                    taken = c * linear[j] * linear[k] * (1.0 if j == k else 2.0)
-                    left = form.get((j, k), 0.0) - taken
-                    if abs(left) > ROUNDING * max(abs(taken), abs(form.get((j, k), 0.0))):
-                        form[j, k] = left
-                    else:
-                        form.pop((j, k), None)
-        return tape.sum(total)
+                product = self._tape.multiply(product, self._generator(index))
+            products.append(product)
+        return self._tape.sum(products)
 
     def _generator(self, index: int) -> Value:
         if index not in self._generators:
@@ -145,31 +105,12 @@ class Lowering:
         return self._circular[trig]
 
 
-def _simple(quotient: float) -> float:
-    """Remove rounding from a quotient of two coefficients that is a simple fraction."""
-    near: Any = Fraction(quotient).limit_denominator(64)
-    return float(near) if abs(float(near) - quotient) <= ROUNDING * abs(quotient) else quotient
-
-
-MOST_VELOCITIES = 8
-"""With more velocities, closed forms are too long to be faster than a recursion."""
-
-
 @final
 class ClosedFormProgram:
     """Mass matrix, bias, forces and energies from the series of a derivation."""
 
     def __init__(self, letters: Letters, equations: Equations) -> None:
         mechanism = letters.mechanism
-        if mechanism.constrained:
-            raise DerivationError(
-                f"mechanism {mechanism.name!r} has loops; its closed form is that of the open tree"
-            )
-        if mechanism.nv > MOST_VELOCITIES:
-            raise DerivationError(
-                f"expected at most {MOST_VELOCITIES} velocities for a closed form, "
-                f"got {mechanism.nv}"
-            )
         self._derivation = derivation = equations.derivation
         if derivation.assumptions:
             subjects = ", ".join(assumption.subject for assumption in derivation.assumptions)
