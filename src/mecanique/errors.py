@@ -51,7 +51,8 @@ class InputError(MecaniqueError, ValueError):
         >>> mq.rod(1.0, 2.0, direction=(0, 0, 0))
         Traceback (most recent call last):
             ...
-        mecanique.errors.InputError: expected a direction with a length, got (0, 0, 0)
+        mecanique.errors.InputError: expected a finite vector with a length for the direction of a
+        rod, got (0, 0, 0)
     """
 
 

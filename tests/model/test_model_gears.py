@@ -245,7 +245,7 @@ def test_bevel_wheels_by_hand() -> None:
         np.testing.assert_allclose(reactions["A"].force, expected, rtol=0, atol=1e-13)
 
 
-@pytest.mark.parametrize("slant", [pi / 3, pi / 2, 2 * pi / 3])
+@pytest.mark.parametrize("slant", [pi / 3, pi / 2, 2 * pi / 3, 2.7])
 def test_bevel_wheels_at_any_angle_agree_and_read_back(slant: float) -> None:
     """Their centers lie s a = R + c r and s b = r + c R from the apex."""
     c, s = cos(slant), sin(slant)
@@ -270,6 +270,30 @@ def test_bevel_wheels_at_any_angle_agree_and_read_back(slant: float) -> None:
     again = mq.read_urdf(mq.write_urdf(machine))
     assert again.coordinates.driven.keys() == {"B"}
     assert again.elements == machine.elements
+
+
+@pytest.mark.parametrize("sides", [(1, 1), (1, -1), (-1, 1), (-1, -1)])
+@pytest.mark.parametrize(("r", "R"), [(0.1, 0.2), (0.2, 0.02), (0.02, 0.2)])
+@pytest.mark.parametrize("slant", [0.3, 1.1, 2.0, 2.8])
+def test_bevel_wheels_move_alike_where_their_pitch_circles_touch(
+    slant: float, r: float, R: float, sides: tuple[int, int]
+) -> None:
+    """Wherever they touch, ω₁ n₁ × p = ω₂ n₂ × p with p from the apex to the pitch point."""
+    c, s = cos(slant), sin(slant)
+    x, y = sides[0] * r, sides[1] * R
+    a, b = (y + c * x) / s, (x + c * y) / s
+    n, line, p = np.array([0, 0, 1]), np.array([s, 0, c]), np.array([x, 0, a])
+    machine = mq.Mechanism(
+        "slant",
+        (mq.Body("ground"), wheel("a", 3.0, r), wheel("b", 1.0, R)),
+        (
+            mq.Revolute("A", "ground", "a", axis=(0, 0, 1), origin=mq.Placement((0, 0, a))),
+            mq.Revolute("B", "ground", "b", axis=(s, 0, c), origin=mq.Placement(tuple(b * line))),
+        ),
+        elements=(Gear("mesh", "A", "B", r, other_radius=R),),
+    )
+    ratio = float(machine.coordinates.driven["B"].subs({"A": 1.0}))
+    np.testing.assert_allclose(ratio * np.cross(line, p), np.cross(n, p), rtol=0, atol=1e-14)
 
 
 def test_a_differential_follows_from_its_wheels() -> None:

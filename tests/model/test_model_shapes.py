@@ -268,13 +268,20 @@ def test_drawings_have_the_stated_sizes_and_places() -> None:
     assert drawn.placement.xyz == (0, 0, 5)
     assert drawn.rgba == (1, 0, 0, 1)
     assert particle(1.0).visuals[0].geometry == Sphere(0.05)
+    # a cone by its base, an eighth of it high, and its axis
+    base, stick = cone(1.0, 0.8, 3.2).visuals
+    assert (base.geometry, base.placement.xyz) == (Cylinder(0.8, 0.4), (0, 0, 3.0))
+    assert (stick.geometry, stick.placement.xyz) == (Cylinder(0.1, 3.2), (0, 0, 1.6))
 
 
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: rod(1, 1, (0, 0, 0)), "expected a direction with a length"),
-        (lambda: rod(1, 1, ("x", 0, 0)), "expected three numbers for a direction"),
+        (
+            lambda: rod(1, 1, (0, 0, 0)),
+            "with a length for the direction of a rod, got \\(0, 0, 0\\)",
+        ),
+        (lambda: rod(1, 1, ("x", 0, 0)), "expected three numbers for the direction of a rod"),
         (lambda: rod("1", 1), "expected a number, a parameter or an expression, got '1'"),
         (lambda: box(1, (1, 2)), "expected three components for size of a box"),
         (lambda: cloud([1.0], []), "expected one mass for each point, got 1 masses and 0 points"),

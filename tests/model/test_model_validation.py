@@ -409,7 +409,7 @@ def test_what_is_wrong_with_an_inertia(
         ),
         (
             lambda: Loop.hinge("l", "a", A, "b", A, (0, 0, 0)),
-            "expected an axis with a finite length for a loop",
+            "expected a finite vector with a length for the axis of a loop",
         ),
         (
             lambda: Loop("l", untyped("glue"), "a", Placement(), "b", Placement()),

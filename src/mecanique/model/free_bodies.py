@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import reduce
 from typing import Any, TypeAlias, final
 
 import numpy as np
@@ -23,8 +22,6 @@ from mecanique.model.values import Given
 
 ORDERS = ("xyzw", "wxyz")
 """Orders in which quaternions are written."""
-
-_AXES = dict(zip("xyz", np.eye(3), strict=True))
 
 _SHORTEST = 1e-9
 """A quaternion shorter than this has no direction."""
@@ -55,14 +52,10 @@ def from_euler(angles: np.ndarray, sequence: str | None) -> np.ndarray:
 
     Shapes: angles (…, 3).
     """
-    turns = []
-    for axis, angle in zip(
-        _check_sequence(sequence).lower(), np.moveaxis(angles, -1, 0), strict=True
-    ):
-        half = np.asarray(angle)[..., None] / 2
-        turns.append(np.concatenate([_AXES[axis] * np.sin(half), np.cos(half)], axis=-1))
-    # the first turn about fixed axes, or the last about axes that turn along, acts first
-    return reduce(multiply, turns[::-1] if str(sequence).islower() else turns)
+    from scipy.spatial.transform import Rotation
+
+    turns: Any = Rotation.from_euler(_check_sequence(sequence), angles)
+    return np.asarray(turns.as_quat())
 
 
 def to_euler(orientation: np.ndarray, sequence: str | None) -> np.ndarray:

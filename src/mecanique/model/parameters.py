@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, final
+from typing import Any, TypeAlias, final
 
 import numpy as np
 
 from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, evaluate, finite, plain, symbols_in, time
 from mecanique.model.units import read_unit
+
+_Operation: TypeAlias = Callable[[Any, Scalar], Any]
+
+
+def _both_ways(operation: _Operation) -> tuple[_Operation, _Operation]:
+    """Return an operator of a named quantity, with the other operand on its right or left."""
+    return (
+        lambda named, other: operation(named._sympy_(), _exact(other)),
+        lambda named, other: operation(_exact(other), named._sympy_()),
+    )
 
 
 class _Named:
@@ -23,35 +34,11 @@ class _Named:
 
         return Symbol(self.symbol)
 
-    def __add__(self, other: Scalar) -> Any:
-        return self._sympy_() + _exact(other)
-
-    def __radd__(self, other: Scalar) -> Any:
-        return _exact(other) + self._sympy_()
-
-    def __sub__(self, other: Scalar) -> Any:
-        return self._sympy_() - _exact(other)
-
-    def __rsub__(self, other: Scalar) -> Any:
-        return _exact(other) - self._sympy_()
-
-    def __mul__(self, other: Scalar) -> Any:
-        return self._sympy_() * _exact(other)
-
-    def __rmul__(self, other: Scalar) -> Any:
-        return _exact(other) * self._sympy_()
-
-    def __truediv__(self, other: Scalar) -> Any:
-        return self._sympy_() / _exact(other)
-
-    def __rtruediv__(self, other: Scalar) -> Any:
-        return _exact(other) / self._sympy_()
-
-    def __pow__(self, other: Scalar) -> Any:
-        return self._sympy_() ** _exact(other)
-
-    def __rpow__(self, other: Scalar) -> Any:
-        return _exact(other) ** self._sympy_()
+    __add__, __radd__ = _both_ways(operator.add)
+    __sub__, __rsub__ = _both_ways(operator.sub)
+    __mul__, __rmul__ = _both_ways(operator.mul)
+    __truediv__, __rtruediv__ = _both_ways(operator.truediv)
+    __pow__, __rpow__ = _both_ways(operator.pow)
 
     def __neg__(self) -> Any:
         return -self._sympy_()

@@ -18,6 +18,9 @@ Matrix3: TypeAlias = "tuple[tuple[Scalar, Scalar, Scalar], ...]"
 _UPRIGHT = 1e-15
 """Cosine of the pitch, of the size of rounding, below which roll and yaw turn about one axis."""
 
+_SHORTEST = 1e-12
+"""Vectors up to this length, such as a product of parallel ones, have no direction."""
+
 
 @final
 @dataclass(frozen=True)
@@ -58,6 +61,24 @@ def vector(components: Vector, what: str) -> tuple[Scalar, Scalar, Scalar]:
     return plain(x), plain(y), plain(z)
 
 
+def unit_vector(components: Vector, what: str) -> tuple[float, float, float]:
+    """Return three numbers, in any length but zero, as a vector of unit length; components (3,)."""
+    try:
+        x, y, z = (float(component) for component in components)
+    except (TypeError, ValueError):
+        raise InputError(f"expected three numbers for {what}, got {components!r}") from None
+    length = math.hypot(x, y, z)
+    if not _SHORTEST < length < math.inf:
+        raise InputError(f"expected a finite vector with a length for {what}, got {components!r}")
+    return x / length, y / length, z / length
+
+
+def rpy_along(axis: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Return the roll, pitch and yaw that turn z to an axis, without any roll."""
+    x, y, z = axis
+    return 0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x)
+
+
 def rpy_rotation(rpy: Vector) -> Matrix3:
     """Return the rotation matrix Rz(yaw) Ry(pitch) Rx(roll) (URDF specification, `origin`).
 
@@ -92,6 +113,12 @@ def pose_of(place: Placement) -> Array:
     pose[:3, :3] = place.rotation
     pose[:3, 3] = place.xyz
     return pose
+
+
+def carry(place: Placement, point: Vector) -> tuple[Scalar, Scalar, Scalar]:
+    """Return a point of a frame as one of its parent; point (3,)."""
+    x, y, z = (p + q for p, q in zip(place.xyz, rotate(place.rotation, point), strict=True))
+    return x, y, z
 
 
 def rotate(matrix: Matrix3, components: Vector) -> tuple[Scalar, Scalar, Scalar]:

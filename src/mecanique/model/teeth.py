@@ -56,7 +56,8 @@ def find_pitch_point(mechanism: Mechanism, mesh: Gear | Rack, A: Array, B: Array
             toward=bevel.sides[0] * (line - c * n) / s,
             other_axis=line,
             other_toward=bevel.sides[1] * (n - c * line) / s,
-            rises=(_rise(a, r), _rise(b, R)),
+            # at right angles on the ray to where they touch, towards the other wheel
+            rises=(-atan2(r, a), -atan2(R, b)),
             ray=float(np.hypot(a, r)),
         )
     point = mesh.point if isinstance(mesh, Rack) else (0.0, 0.0, 0.0)
@@ -67,11 +68,6 @@ def find_pitch_point(mechanism: Mechanism, mesh: Gear | Rack, A: Array, B: Array
     u = d / np.linalg.norm(d)
     internal = isinstance(mesh, Gear) and mesh.internal
     return PitchPoint(n, u, n, u if internal else -u)
-
-
-def _rise(ahead: float, radius: float) -> float:
-    """The angle of a cone's outward normal from the wheel's plane, its apex behind by a height."""
-    return -atan2(radius, ahead) if ahead > 0 else atan2(radius, -ahead)
 
 
 _FEWEST, _MOST = 15, 40
@@ -126,7 +122,8 @@ class WheelTeeth:
 
     def visuals(self) -> Iterator[Visual]:
         """Yield a box for each tooth."""
-        middle = (_ROOT - _TIP) / 2 * (1 if self.internal else -1)
+        # from the pitch circle to the middle of a tooth, in radii
+        middle = (_ROOT - _TIP) / self.count * (1 if self.internal else -1)
         height = (_TIP + _ROOT) * self.module
         size = (height, (_NARROW + _WIDE) / 2 * pi * self.module, self.width)
         for k in range(self.count):
@@ -137,10 +134,8 @@ class WheelTeeth:
             turn = np.stack([high, across, np.cross(high, across)], axis=1)
             # the teeth of spur wheels lie on both sides of the wheel's plane
             inward = np.sign(self.rise) * turn[:, 2] / 2
-            place = zip(out.tolist(), high.tolist(), inward.tolist(), strict=True)
-            x, y, z = (
-                self.radius * o + middle * self.module * h + self.width * i for o, h, i in place
-            )
+            place = zip((out + middle * high).tolist(), inward.tolist(), strict=True)
+            x, y, z = (self.radius * a + self.width * b for a, b in place)
             yield Visual(Box(size), Placement((x, y, z), rpy_of(turn)))
 
 

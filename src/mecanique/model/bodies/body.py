@@ -12,7 +12,7 @@ import numpy as np
 from mecanique.errors import InputError
 from mecanique.model.bodies.visuals import Rgba, Visual
 from mecanique.model.expression import Scalar, Vector, plain
-from mecanique.model.placement import Matrix3, Placement, is_zero, rotate, vector
+from mecanique.model.placement import Matrix3, Placement, carry, is_zero, rotate, vector
 
 Inertia: TypeAlias = "tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]"
 """ixx, iyy, izz, ixy, ixz, iyz: entries of the tensor, as in URDF (ixy is no product)."""
@@ -63,11 +63,10 @@ class Shape:
             rpy: shape (3,), how it is turned: roll, pitch, yaw [rad].
         """
         place = Placement(xyz, rpy)  # type: ignore[arg-type]  # it takes any three
-        turn = place.rotation
         return replace(
             self,
-            center=_sum(place.xyz, rotate(turn, self.center)),
-            inertia=_turn_inertia(turn, self.inertia),
+            center=carry(place, self.center),
+            inertia=_turn_inertia(place.rotation, self.inertia),
             visuals=tuple(visual.at(place) for visual in self.visuals),
         )
 
@@ -119,11 +118,6 @@ def combine(shapes: Sequence[Shape]) -> Shape:
 def _total(terms: Any) -> Scalar:
     first, *rest = terms
     return sum(rest, first)
-
-
-def _sum(a: Vector, b: Vector) -> tuple[Scalar, Scalar, Scalar]:
-    x, y, z = (p + q for p, q in zip(a, b, strict=True))
-    return x, y, z
 
 
 def _turn_inertia(turn: Matrix3, inertia: Inertia) -> Inertia:

@@ -6,18 +6,28 @@ Moments of inertia are those of the standard table (e.g. Goldstein, Classical Me
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 
 from mecanique.errors import InputError
 from mecanique.model.bodies.body import Shape, as_tuple, combine
-from mecanique.model.bodies.visuals import Box, Cylinder, Rgba, Sphere, Visual, extent, extents
+from mecanique.model.bodies.visuals import (
+    Box,
+    Cylinder,
+    Geometry,
+    Rgba,
+    Sphere,
+    Visual,
+    extent,
+    extents,
+)
 from mecanique.model.expression import Scalar, Vector, plain
-from mecanique.model.placement import Placement, vector
+from mecanique.model.placement import Placement, rpy_along, unit_vector, vector
 
 _BLUE: Rgba = (0.0, 0.447, 0.698, 1.0)
 _ORANGE: Rgba = (0.902, 0.624, 0.0, 1.0)
+_CLEAR_BLUE: Rgba = (*_BLUE[:3], 0.5)
+_CLEAR_ORANGE: Rgba = (*_ORANGE[:3], 0.5)
 
 HOMOGENEOUS = {
     "slender rod": "m l²/12 across it",
@@ -120,7 +130,7 @@ def rod(
         >>> mq.rod(mq.Parameter('m', 1.0), mq.Parameter('l', 1.0)).inertia[0]
         l**2*m/12
     """
-    d = _unit(direction)
+    d = unit_vector(direction, "the direction of a rod")
     mass, length = plain(mass), extent(length, "length")
     across = mass * length**2 / 12
     inertia = (
@@ -134,8 +144,7 @@ def rod(
     middle = tuple(
         plain(s) + length * _number(c) / 2 for s, c in zip(vector(start, "start"), d, strict=True)
     )
-    pitch, yaw = math.atan2(math.hypot(d[0], d[1]), d[2]), math.atan2(d[1], d[0])
-    drawing = Visual(Cylinder(radius, length), Placement(middle, (0.0, pitch, yaw)), _BLUE)
+    drawing = Visual(Cylinder(radius, length), Placement(middle, rpy_along(d)), _BLUE)
     return Shape(mass, middle, inertia, (drawing,), "slender rod")
 
 
@@ -185,16 +194,9 @@ def box(mass: Scalar, size: Vector) -> Shape:
     """
     a, b, c = extents(size, "box")
     mass = plain(mass)
-    inertia = (
-        mass * (b**2 + c**2) / 12,
-        mass * (a**2 + c**2) / 12,
-        mass * (a**2 + b**2) / 12,
-        0.0,
-        0.0,
-        0.0,
-    )
-    drawing = Visual(Box((a, b, c)), rgba=_BLUE)
-    return Shape(mass, inertia=inertia, visuals=(drawing,), form="solid box")
+    squares = (b**2 + c**2, a**2 + c**2, a**2 + b**2)
+    moments = tuple(mass * square / 12 for square in squares)
+    return _symmetric("solid box", mass, moments, Box((a, b, c)))
 
 
 def plate(mass: Scalar, size: Sequence[Scalar], thickness: Scalar = 0.02) -> Shape:
@@ -218,9 +220,8 @@ def plate(mass: Scalar, size: Sequence[Scalar], thickness: Scalar = 0.02) -> Sha
         raise InputError(f"expected two edges of a plate, got {size!r}") from None
     a, b, thickness = extents((a, b, thickness), "plate")
     mass = plain(mass)
-    inertia = (mass * b**2 / 12, mass * a**2 / 12, mass * (a**2 + b**2) / 12, 0.0, 0.0, 0.0)
-    drawing = Visual(Box((a, b, thickness)), rgba=_BLUE)
-    return Shape(mass, inertia=inertia, visuals=(drawing,), form="thin plate")
+    moments = (mass * b**2 / 12, mass * a**2 / 12, mass * (a**2 + b**2) / 12)
+    return _symmetric("thin plate", mass, moments, Box((a, b, thickness)))
 
 
 def disk(mass: Scalar, radius: Scalar, thickness: Scalar = 0.02) -> Shape:
@@ -239,9 +240,9 @@ def disk(mass: Scalar, radius: Scalar, thickness: Scalar = 0.02) -> Shape:
         1.0
     """
     mass, radius = plain(mass), extent(radius, "radius")
-    inertia = (mass * radius**2 / 4, mass * radius**2 / 4, mass * radius**2 / 2, 0.0, 0.0, 0.0)
-    drawing = Visual(Cylinder(radius, thickness), rgba=_BLUE)
-    return Shape(mass, inertia=inertia, visuals=(drawing,), form="thin disk")
+    across = mass * radius**2 / 4
+    moments = (across, across, mass * radius**2 / 2)
+    return _symmetric("thin disk", mass, moments, Cylinder(radius, thickness))
 
 
 def ring(mass: Scalar, radius: Scalar, thickness: Scalar = 0.02) -> Shape:
@@ -260,13 +261,9 @@ def ring(mass: Scalar, radius: Scalar, thickness: Scalar = 0.02) -> Shape:
         2.0
     """
     mass, radius = plain(mass), extent(radius, "radius")
-    inertia = (mass * radius**2 / 2, mass * radius**2 / 2, mass * radius**2, 0.0, 0.0, 0.0)
-    return Shape(
-        mass,
-        inertia=inertia,
-        visuals=(Visual(Cylinder(radius, thickness), rgba=(*_BLUE[:3], 0.5)),),
-        form="thin ring",
-    )
+    across = mass * radius**2 / 2
+    moments = (across, across, mass * radius**2)
+    return _symmetric("thin ring", mass, moments, Cylinder(radius, thickness), _CLEAR_BLUE)
 
 
 def cylinder(mass: Scalar, radius: Scalar, length: Scalar) -> Shape:
@@ -287,9 +284,8 @@ def cylinder(mass: Scalar, radius: Scalar, length: Scalar) -> Shape:
     mass = plain(mass)
     radius, length = extent(radius, "radius"), extent(length, "length")
     across = mass * (3 * radius**2 + length**2) / 12
-    inertia = (across, across, mass * radius**2 / 2, 0.0, 0.0, 0.0)
-    drawing = Visual(Cylinder(radius, length), rgba=_BLUE)
-    return Shape(mass, inertia=inertia, visuals=(drawing,), form="solid cylinder")
+    moments = (across, across, mass * radius**2 / 2)
+    return _symmetric("solid cylinder", mass, moments, Cylinder(radius, length))
 
 
 def ball(mass: Scalar, radius: Scalar) -> Shape:
@@ -307,9 +303,8 @@ def ball(mass: Scalar, radius: Scalar) -> Shape:
         2.0
     """
     mass, radius = plain(mass), extent(radius, "radius")
-    i = 2 * mass * radius**2 / 5
-    drawing = Visual(Sphere(radius), rgba=_ORANGE)
-    return Shape(mass, inertia=(i, i, i, 0.0, 0.0, 0.0), visuals=(drawing,), form="solid ball")
+    moments = (2 * mass * radius**2 / 5,) * 3
+    return _symmetric("solid ball", mass, moments, Sphere(radius), _ORANGE)
 
 
 def shell(mass: Scalar, radius: Scalar) -> Shape:
@@ -327,13 +322,8 @@ def shell(mass: Scalar, radius: Scalar) -> Shape:
         2.0
     """
     mass, radius = plain(mass), extent(radius, "radius")
-    i = 2 * mass * radius**2 / 3
-    return Shape(
-        mass,
-        inertia=(i, i, i, 0.0, 0.0, 0.0),
-        visuals=(Visual(Sphere(radius), rgba=(*_ORANGE[:3], 0.5)),),
-        form="thin shell",
-    )
+    moments = (2 * mass * radius**2 / 3,) * 3
+    return _symmetric("thin shell", mass, moments, Sphere(radius), _CLEAR_ORANGE)
 
 
 def cone(mass: Scalar, radius: Scalar, height: Scalar) -> Shape:
@@ -360,15 +350,16 @@ def cone(mass: Scalar, radius: Scalar, height: Scalar) -> Shape:
     return Shape(mass, (0.0, 0.0, 3 * height / 4), inertia, (base, axis), "solid cone")
 
 
-def _unit(direction: Vector) -> tuple[float, float, float]:
-    try:
-        x, y, z = (float(component) for component in direction)
-    except (TypeError, ValueError):
-        raise InputError(f"expected three numbers for a direction, got {direction!r}") from None
-    length = math.hypot(x, y, z)
-    if not (math.isfinite(length) and length > 0):
-        raise InputError(f"expected a direction with a length, got {direction!r}")
-    return x / length, y / length, z / length
+def _symmetric(
+    form: str,
+    mass: Scalar,
+    moments: tuple[Scalar, ...],
+    geometry: Geometry,
+    rgba: Rgba = _BLUE,
+) -> Shape:
+    """A homogeneous body about its center, in its principal axes."""
+    drawing = Visual(geometry, rgba=rgba)
+    return Shape(mass, inertia=(*moments, 0.0, 0.0, 0.0), visuals=(drawing,), form=form)
 
 
 def _number(value: float) -> float | int:

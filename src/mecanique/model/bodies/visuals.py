@@ -7,9 +7,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, TypeAlias, final
 
+import numpy as np
+
 from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, Vector, finite, plain
-from mecanique.model.placement import Placement, is_zero, rotate, vector
+from mecanique.model.placement import Placement, carry, is_zero, rotate, rpy_of, vector
 
 Rgba: TypeAlias = "tuple[float, float, float, float]"
 
@@ -180,11 +182,8 @@ class Visual:
         Args:
             place: where the shape's frame goes in the body.
         """
-        moved = tuple(
-            p + q
-            for p, q in zip(place.xyz, rotate(place.rotation, self.placement.xyz), strict=True)
-        )
-        return replace(self, placement=Placement(moved, _compose(place, self.placement)))
+        rpy = _compose(place, self.placement)
+        return replace(self, placement=Placement(carry(place, self.placement.xyz), rpy))
 
 
 def _compose(outer: Placement, inner: Placement) -> tuple[Scalar, Scalar, Scalar]:
@@ -193,19 +192,10 @@ def _compose(outer: Placement, inner: Placement) -> tuple[Scalar, Scalar, Scalar
         return inner.rpy
     if all(map(is_zero, inner.rpy)):
         return outer.rpy
-    rows = [rotate(outer.rotation, column) for column in zip(*inner.rotation, strict=True)]
-    (r00, r10, r20), (r01, r11, r21), (_, _, r22) = rows
-    if all(isinstance(r, (int, float)) for r in (r00, r10, r20, r01, r11, r21, r22)):
-        from math import atan2, hypot
+    if all(isinstance(angle, float) for angle in (*outer.rpy, *inner.rpy)):
+        return rpy_of(np.array(outer.rotation, float) @ np.array(inner.rotation, float))
+    from sympy import atan2, sqrt
 
-        if hypot(r00, r10) > 1e-12:
-            return atan2(r21, r22), atan2(-r20, hypot(r00, r10)), atan2(r10, r00)
-        return 0.0, atan2(-r20, 0.0), atan2(-r01, r11)
-    from sympy import atan2 as symbolic_atan2
-    from sympy import sqrt
-
-    return (
-        symbolic_atan2(r21, r22),
-        symbolic_atan2(-r20, sqrt(r00**2 + r10**2)),
-        symbolic_atan2(r10, r00),
-    )
+    columns = [rotate(outer.rotation, column) for column in zip(*inner.rotation, strict=True)]
+    (r00, r10, r20), (_, _, r21), (_, _, r22) = columns
+    return atan2(r21, r22), atan2(-r20, sqrt(r00**2 + r10**2)), atan2(r10, r00)

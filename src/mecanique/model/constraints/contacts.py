@@ -8,7 +8,6 @@ I).
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TypeAlias, final
@@ -16,7 +15,7 @@ from typing import TypeAlias, final
 from mecanique.errors import InputError
 from mecanique.model.constraint_base import EdgeContact, PressingContact
 from mecanique.model.expression import Scalar, Vector
-from mecanique.model.placement import Placement
+from mecanique.model.placement import Placement, unit_vector
 from mecanique.model.statements import FRAME, POINT, state
 
 Direction: TypeAlias = "tuple[float, float, float]"
@@ -84,7 +83,7 @@ class Rolling(PressingContact):
         if self.axis is None:
             object.__setattr__(self, "crown", self.radius)
         else:
-            object.__setattr__(self, "axis", _unit(self.axis, f"the axis of {where}"))
+            object.__setattr__(self, "axis", unit_vector(self.axis, f"the axis of {where}"))
         if (self.axis is not None or self.curved) and self.stretched:
             raise InputError(f"{where}: expected a stretch of a ball on a plane only")
         if self.axis is not None and self.curved:
@@ -139,14 +138,14 @@ class Blade(EdgeContact):
         super().__post_init__()
         where = f"blade {self.name!r}"
         for name in ("along", "normal"):
-            unit = _unit(getattr(self, name), f"{name!r} of {where}")
+            unit = unit_vector(getattr(self, name), f"{name!r} of {where}")
             object.__setattr__(self, name, unit)
-        _unit(_cross(self.normal, self.along), f"normal × along of {where}")
+        unit_vector(_cross(self.normal, self.along), f"normal × along of {where}")
 
     @property
     def side(self) -> Direction:
         """The direction in which it does not move, in the frame of the body."""
-        return _unit(_cross(self.normal, self.along), "the side of a blade")
+        return unit_vector(_cross(self.normal, self.along), "the side of a blade")
 
     @property
     def rows(self) -> tuple[str, ...]:
@@ -163,18 +162,6 @@ SPEAKING = "a Rolling or a Blade"
 def row_names(contacts: tuple[Contact, ...]) -> tuple[str, ...]:
     """Return the name of each row of some contacts, "contact: motion it prevents"."""
     return tuple(f"{contact.name}: {row}" for contact in contacts for row in contact.rows)
-
-
-def _unit(direction: Vector, what: str) -> Direction:
-    """Return a direction with unit length."""
-    try:
-        x, y, z = (float(component) for component in direction)
-    except (TypeError, ValueError):
-        raise InputError(f"expected three numbers for {what}, got {direction!r}") from None
-    length = math.sqrt(x * x + y * y + z * z)
-    if not 1e-12 < length < math.inf:
-        raise InputError(f"expected a finite direction with a length for {what}, got {direction!r}")
-    return x / length, y / length, z / length
 
 
 def _cross(a: Vector, b: Vector) -> Direction:

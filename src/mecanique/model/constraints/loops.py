@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias, final
@@ -10,7 +9,7 @@ from typing import Literal, TypeAlias, final
 from mecanique.errors import InputError
 from mecanique.model.constraint_base import GuidingElement
 from mecanique.model.expression import Scalar, Vector
-from mecanique.model.placement import Placement, vector
+from mecanique.model.placement import Placement, rpy_along, unit_vector, vector
 from mecanique.model.statements import FRAME, NumberRule, state
 
 Kind: TypeAlias = Literal["ball", "hinge", "weld", "distance", "pin", "plate"]
@@ -223,10 +222,4 @@ def _frame(point: Vector, axis: Vector | None = None) -> Placement:
     xyz = vector(point, "point of a loop")
     if axis is None:
         return Placement(xyz)
-    try:
-        x, y, z = (float(component) for component in axis)
-    except (TypeError, ValueError):
-        raise InputError(f"expected three numbers for the axis of a loop, got {axis!r}") from None
-    if not 0 < math.hypot(x, y, z) < math.inf:
-        raise InputError(f"expected an axis with a finite length for a loop, got {axis!r}")
-    return Placement(xyz, (0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x)))
+    return Placement(xyz, rpy_along(unit_vector(axis, "the axis of a loop")))
