@@ -14,6 +14,7 @@ import pytest
 import mecanique as mq
 from mecanique import notebook
 from mecanique.figure.draw import figure_text
+from mecanique.wording import Legible
 
 JOINTS = (
     mq.Fixed,
@@ -208,6 +209,35 @@ def test_letters_of_sentences_are_set_as_in_formulas() -> None:
         "</math> acts on a rod, <math><mi>m</mi></math> <math><msup><mi>l</mi><mn>2</mn></msup>"
         "</math>/12 &amp; a couple about <math><mi>O</mi></math>"
     )
+
+
+def test_derivatives_and_squares_of_rates_are_set_as_in_formulas() -> None:
+    from mecanique.derivation.printing.prose import to_html
+
+    theta, rate = "<math><mi>θ</mi></math>", '<mover accent="true"><mi>θ</mi><mo>˙</mo></mover>'
+    said = to_html("C = ½ dJ/dtheta, d²K/dtheta² and ∂T/∂theta; L theta'² of dynamics/data")
+    assert said == (
+        f"<math><mi>C</mi></math> = ½ d<math><mi>J</mi></math>/d{theta}, "
+        f"d²<math><mi>K</mi></math>/d{theta}² and ∂<math><mi>T</mi></math>/∂{theta}; "
+        f"<math><mi>L</mi></math> <math><msup>{rate}<mn>2</mn></msup></math> of dynamics/data"
+    )
+    assert to_html("d'Alembert's principle") == "d&#x27;Alembert&#x27;s principle"
+
+
+def test_titles_are_set_as_sentences_are() -> None:
+    shown = mq.reduce_loops(mq.textbook.load("slider_crank"), "theta")._repr_html_()
+    assert "<h3>Slider crank: the equation in <math><mi>θ</mi></math> alone</h3>" in shown
+    assert "<h4>Inertia referred to <math><mi>θ</mi></math></h4>" in shown
+    # Jupyter gives terms a fifth of the width they are in, where letters would break apart
+    assert "<dt>" not in shown
+
+
+def test_a_summary_is_printed_line_by_line() -> None:
+    summary = mq.simulate(mq.textbook.load("rigid_bar_pendulum"), duration=0.1).summary()
+    paper = Paper()
+    assert isinstance(summary, Legible)
+    summary._repr_pretty_(paper, False)
+    assert "\n".join(paper.lines) == summary
 
 
 def test_initials_of_a_source_are_no_letters() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any, Protocol, final
 
 _SHORT = 6
 """Numbers that are printed; of more the range is told."""
@@ -49,6 +49,14 @@ class Legible:
         for line in others:
             printer.break_()
             printer.text(line)
+
+
+@final
+class LegibleText(Legible, str):
+    """Text that a notebook prints line by line; a string in everything else."""
+
+    __str__ = str.__str__
+    __repr__ = str.__repr__
 
 
 def write_value(value: Any) -> str:

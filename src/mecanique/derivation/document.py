@@ -22,6 +22,8 @@ from mecanique.derivation.symbolic.solution import result_of
 from mecanique.wording import to_title
 
 _COLUMNS = '<dl style="display: grid; grid-template-columns: fit-content(40%) 1fr; gap: 0.3em 1em">'
+_CELL = ' style="width: auto"'
+"""Jupyter gives terms and their meanings a fifth and four fifths of the width they are in."""
 _DIVIDED = "Each line is divided by the numbers and parameters {}all its terms share."
 _LINEAR = " The last line is the same in matrices: the equations are linear."
 _STILL = "Nothing can move: there is no coordinate, and so no equation of motion."
@@ -185,7 +187,10 @@ class Document:
         out = [*self._open_html(self.meanings(steps), steps)]
         out += [] if steps else lines
         for section in self.sections()[1:] if steps else self._conclude(*self._eliminated):
-            out += [f"<h4>{escape(section.title)}</h4>", f"<p>{escape(section.explanation)}</p>"]
+            out += [
+                f"<h4>{self._set(section.title)}</h4>",
+                f"<p>{self._set(section.explanation)}</p>",
+            ]
             out += section.formulas
         return "\n".join(out)
 
@@ -204,43 +209,40 @@ class Document:
         out = [*self._open_html(listed, steps, _COLUMNS)]
         if steps:
             out += [stage._repr_html_() for stage in self.derivation.stages]
-            out += ["<h4>Equations of motion</h4>", f"<p>{to_html(self._closing, self._names)}</p>"]
+            out += ["<h4>Equations of motion</h4>", f"<p>{self._set(self._closing)}</p>"]
         out += [line._repr_html_() for line in self.equations] or [f"<p>{self._nothing}</p>"]
         if not steps:
             out += [stage._repr_html_() for stage in reactions]
             return "\n".join([*out, *self._write_result(*self._eliminated)])
         if self._matrices is not None:
             out += ["<p>They are linear:</p>", self._matrices.mathml()]
-        out += [
-            f"<p>{to_html(sentence, self._names)}</p>"
-            for sentence in self._state_assumptions(Text())
-        ]
+        out += [f"<p>{self._set(sentence)}</p>" for sentence in self._state_assumptions(Text())]
         return "\n".join([*out, *self._write_result(*self.result)])
 
     def _write_result(self, said: str, lines: Sequence[Equation | Result]) -> Iterator[str]:
         """Yield the last section as lines of HTML, none if there is nothing to say."""
         if lines:
-            yield from ("<h4>Result</h4>", f"<p>{to_html(said, self._names)}</p>")
+            yield from ("<h4>Result</h4>", f"<p>{self._set(said)}</p>")
             yield from (line._repr_html_() for line in lines)
 
     def _open_html(
         self, listed: Sequence[Meaning], steps: bool, symbols: str = "<dl>"
     ) -> Iterator[str]:
         """Yield title, description, symbols and warnings as lines of HTML."""
-        yield f"<h3>{escape(self._heading)}</h3>"
+        yield f"<h3>{self._set(self._heading)}</h3>"
         for sentence in self._about:
             # initials of authors are no letters of formulas
             is_source = sentence.startswith("Source:")
-            yield f"<p>{escape(sentence) if is_source else to_html(sentence, self._names)}</p>"
+            yield f"<p>{escape(sentence) if is_source else self._set(sentence)}</p>"
         yield symbols
         for letters, sentence, equality in _write_meanings(listed, MathML()):
             symbol = ", ".join(to_math(letter, "inline") for letter in letters)
-            said = to_html(sentence, self._names)
+            said = self._set(sentence)
             if equality:
                 said += f", {to_math(equality, 'inline')}"
-            yield f"<dt>{symbol}</dt><dd>{said}</dd>"
+            yield f"<dt{_CELL}>{symbol}</dt><dd{_CELL}>{said}</dd>"
         yield "</dl>"
-        yield from (f"<p>{to_html(sentence, self._names)}</p>" for sentence in self._warn(steps))
+        yield from (f"<p>{self._set(sentence)}</p>" for sentence in self._warn(steps))
 
     @property
     def introduction(self) -> str:
@@ -320,6 +322,9 @@ class Document:
 
     def _spell(self, sentence: str) -> str:
         return spell_greek(sentence, self._names)
+
+    def _set(self, sentence: str) -> str:
+        return to_html(sentence, self._names)
 
     def _convert(self, sentence: str) -> str:
         return to_latex(sentence, self._names, self._points)

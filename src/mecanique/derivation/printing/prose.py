@@ -12,7 +12,7 @@ from mecanique.derivation.printing.writers import Latex, MathML
 
 _NAMES = {sign: name for name, sign in GREEK.items()}
 _TOKEN = re.compile(
-    r"(?P<text>\[[^\]]*\]|(?:[a-z]\.){2,}|[^\W\d_]+(?:'[^\W\d_]+)+)"
+    r"(?P<text>\[[^\]]*\]|(?:[a-z]\.){2,}|[^\W\d_]+(?:'(?![²³])[^\W\d_]+)+)"
     r"|(?P<code>`[^`]*`)"
     r"|(?P<slope>∂[^\W\d]\w*/∂[^\W\d]\w*'?|d²?[^\W\d]\w*/d[^\W\d]\w*²?|d/dt)"
     r"|(?P<number>\d+(?:\.\d+)?|½)"
@@ -24,6 +24,7 @@ _NUMBERED = re.compile(r"[a-gi-zA-GI-Z]\d'*")
 _GREEK_WORD = re.compile(rf"\b({'|'.join(GREEK)})(\d*)\b")
 _PARTIAL = re.compile(r"∂(\w+)/∂(\w+'?)")
 _SLOPE = re.compile(r"d(²?)(\w+)/d(\w+?)(²?)")
+_DIFFERENTIAL = re.compile(r"(\bd²?|∂)([^\W\d_²/][^\W²/]*'*)")
 _CALLED = frozenset({"acos", "asin", "atan", "cos", "exp", "sin", "sqrt", "tan"})
 _RELATIONS = {"=": "=", "<": "<", ">": ">", "≤": "\\leq", "≥": "\\geq"}
 _JOINTS = {"+": "+", "-": "-", "−": "-", "/": "/", "×": "\\times", "·": "\\cdot", "*": ""}
@@ -128,14 +129,26 @@ class _Sentence:
 
     def html(self) -> str:
         """Return the sentence for a page; signs between letters stay text."""
-        out = []
+        writer, out = MathML(), []
         for at, token in enumerate(self.tokens):
             core, power = self._split_power(token.text)
             is_letter = token.kind == "word" and self._is_letter(core, at, within=False)
             is_letter |= _NUMBERED.fullmatch(core) is not None
-            letter = f"<math>{MathML().letter(core, False, power)}</math>" if is_letter else ""
-            out += [" " if token.apart else "", letter or html.escape(token.text)]
+            said = html.escape(token.text)
+            if is_letter:
+                said = f"<math>{writer.letter(core, False, power)}</math>"
+            elif token.kind == "slope":
+                said = _DIFFERENTIAL.sub(self._set_differential, token.text)
+            out += [" " if token.apart else "", said]
         return "".join(out)
+
+    def _set_differential(self, differential: re.Match[str]) -> str:
+        """Return dφ or ∂φ with its letter in MathML; other words that begin with d as they are."""
+        sign, name = differential.groups()
+        bare = name.rstrip("'")
+        if len(bare) > 1 and bare not in self.names and bare not in GREEK:
+            return differential[0]
+        return f"{sign}<math>{MathML().letter(name, False, '')}</math>"
 
     def _text(self, at: int) -> str:
         return self.tokens[at].text if 0 <= at < len(self.tokens) else ""

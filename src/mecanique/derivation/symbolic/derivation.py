@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from html import escape
 from typing import Any, Protocol, TypeAlias, final
 
 from mecanique.derivation.printing.equations import expression
@@ -143,7 +142,7 @@ class Stage:
     def _repr_html_(self) -> str:
         """Show the step in a notebook: title, explanation and formulas in MathML."""
         lines = [result._repr_html_() for result in self.results]
-        head = f"<h4>{escape(self.title)}</h4>\n<p>{to_html(self.explanation)}</p>"
+        head = f"<h4>{to_html(self.title)}</h4>\n<p>{to_html(self.explanation)}</p>"
         return "\n".join([head, *lines])
 
 

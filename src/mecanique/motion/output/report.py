@@ -11,7 +11,7 @@ from mecanique.motion.analysis.energies import energies, losses
 from mecanique.motion.analysis.extremes import find_bounds, find_exceeded
 from mecanique.motion.analysis.trust import estimate_errors
 from mecanique.motion.trajectory import look_along
-from mecanique.wording import say_count
+from mecanique.wording import LegibleText, say_count
 
 if TYPE_CHECKING:
     from mecanique.motion.trajectory import Trajectory
@@ -62,7 +62,7 @@ def summary(motion: Trajectory) -> str:
         lines.append(f"… and {len(passed) - MAX_LISTED} joints more pass theirs")
     for event in motion.events[:MAX_LISTED]:
         lines.append(f"event {event}")
-    return "\n".join(lines)
+    return LegibleText("\n".join(lines))
 
 
 def _errors(motion: Trajectory) -> tuple[list[float], str]:

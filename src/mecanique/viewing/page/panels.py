@@ -248,7 +248,9 @@ def write_equations(document: SceneText) -> str:
     first = next((derivation for derivation in document.derivations if derivation.blocks), None)
     parts = [_result(first) if first else ""]
     if document.about:
-        parts.append(f"<p>{escape(document.about)}</p>")
+        # initials of authors are no letters of formulas
+        words, source, cited = document.about.partition("Source: ")
+        parts.append(f"<p>{to_html(words)}{escape(source + cited)}</p>")
     parts += [_figure(document), _symbols(document)]
     parts += [_derivation(derivation) for derivation in document.derivations]
     if document.source and document.source not in document.about:
