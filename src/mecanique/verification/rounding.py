@@ -49,7 +49,7 @@ from mecanique.derivation.mechanics.chart import JointMotion
 from mecanique.derivation.numeric.constraints.rows import Constraints, Held
 from mecanique.derivation.numeric.paths import driven_paths
 from mecanique.derivation.numeric.recursion import Recursion
-from mecanique.derivation.tree.links import Link, motions
+from mecanique.derivation.tree.links import Link, unit_motions
 from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
@@ -90,17 +90,16 @@ def measure_noise(
     """Return the noise of a source's answers by quantity, (n,) each; opening (n,) of its loops."""
     # answers near the states are compared with each other, so that nothing but noise counts
     random = np.random.default_rng(0)
-    answers = []
-    for _ in range(_SHIFTS):
-        # loops far from the origin close to the rounding of where they are, not of what they are
-        size = _SHIFTED * np.abs(states.q) + opening[:, None]
-        answers.append(ask(replace(states, q=states.q + size * random.uniform(-1, 1, size.shape))))
+    # loops far from the origin close to the rounding of where they are, not of what they are
+    size = _SHIFTED * np.abs(states.q) + opening[:, None]
+    near = [random.uniform(states.q - size, states.q + size) for _ in range(_SHIFTS)]
+    first, *others = (ask(replace(states, q=q)) for q in near)
     noise: dict[str, Array] = {}
-    for quantity in answers[0]:
-        first, *others = (scale(quantity, answer[quantity], mass) for answer in answers)
-        changes = [np.linalg.norm(repeated - first, axis=1) for repeated in others]
-        change = np.max(changes, axis=0)
-        loudest = _LOUDEST * np.linalg.norm(first, axis=1)
+    for quantity, values in first.items():
+        once = scale(quantity, values, mass)
+        repeated = (scale(quantity, answer[quantity], mass) for answer in others)
+        change = np.max([np.linalg.norm(again - once, axis=1) for again in repeated], axis=0)
+        loudest = _LOUDEST * np.linalg.norm(once, axis=1)
         noise[quantity] = np.where(change <= loudest, _NOISE * change, 0.0)
     return noise
 
@@ -114,7 +113,7 @@ def rounding(
     if not {"mass matrix", "bias", "forces"} <= values.keys() or not mechanism.nv:
         return {}
     d = scales(values["mass matrix"])
-    s = _largest(d) / d
+    s = d.max(axis=0) / d
     size = np.linalg.norm(s, axis=1)
     beta = {
         quantity: _size(values[quantity], d)
@@ -159,7 +158,7 @@ def _of_loops(
 ) -> Array:
     """Return the bounds on ‖δa‖ of a closed mechanism, for u = 1, shape (n,)."""
     bounds = np.zeros(len(d))
-    usual = _largest(np.linalg.norm(linked.jacobian, axis=2))
+    usual = np.linalg.norm(linked.jacobian, axis=2).max(axis=0)
     for k, M in enumerate(mass):
         a, rest = scaled["acceleration"][k], scaled["bias"][k] - scaled["forces"][k]
         J, gamma = linked.jacobian[k] / d[k], linked.gamma[k]
@@ -171,14 +170,14 @@ def _of_loops(
         lengths = np.where(lengths > 0, lengths, 1.0)
         J, gamma = J / lengths[:, None], gamma / lengths
         left, sizes, right = np.linalg.svd(J)
-        rank = int((sizes > _RANK * sizes.max(initial=0.0)).sum())
+        rank = int((sizes > _RANK).sum())  # rows have length one
         N = right[rank:].T
         inverse = (right[:rank].T / sizes[:rank]) @ left[:, :rank].T
         by_force = N @ np.linalg.pinv(N.T @ M @ N, rcond=1e-14, hermitian=True) @ N.T
         by_drift = inverse - by_force @ (M @ inverse)
         largest = _norm(J) * summed
         uncertain = 1 + 2 * largest * _norm(inverse)
-        moved = float(s[k] @ np.abs(a))
+        moved = float(np.sum(s[k] * np.abs(a)))
         multipliers = inverse.T @ (M @ a + rest)
         pushed = moved + beta["forces"][k] + uncertain * beta["bias"][k]
         pushed += largest * _norm(multipliers)
@@ -197,16 +196,10 @@ def _inverses(mass: Array) -> Array:
     return inverses
 
 
-def _largest(d: Array) -> Array:
-    known = np.where(np.isfinite(d), d, 0.0)
-    largest: Array = known.max(axis=0)
-    return largest
-
-
 def _size(forces: Array, d: Array) -> Array:
     """Return the norm at each state, and the typical one against the largest masses, shape (n,)."""
     with np.errstate(all="ignore"):
-        typical = np.linalg.norm(forces / _largest(d), axis=1)
+        typical = np.linalg.norm(forces / d.max(axis=0), axis=1)
         known = typical[np.isfinite(typical)]
         usual = float(np.sqrt(np.mean(known**2))) if len(known) else 0.0
         size: Array = np.linalg.norm(forces / d, axis=1) + usual
@@ -245,12 +238,12 @@ def entry_rounding(mechanism: Mechanism, states: States) -> dict[str, Array]:
         columns = slice(first, last)
         step = np.linalg.norm(origin[:3, 3]) + chart.reach(link)
         way = np.full(chart.u.shape, np.nan)
-        before = _Rates(still, still, still, still, still + g)
+        before = _Rates(still, still, still, still + g)
         if link.parent >= 0:
             way, before = ways[link.parent] + step[:, None], rates[link.parent]
         way[:, columns] = 0.0
         ways.append(way)
-        rates.append(before.advance(step, link, chart.u[:, columns], chart.gamma[:, columns]))
+        rates.append(before.advance(step, link, chart.u[:, columns]))
         if not J.any():
             continue
         root, size, rate = np.sqrt(J[3, 3]), np.sqrt(max(np.trace(J[:3, :3]), 0.0)), rates[-1]
@@ -267,16 +260,15 @@ def entry_rounding(mechanism: Mechanism, states: States) -> dict[str, Array]:
     B = np.stack(weights, axis=1) if weights else np.zeros((len(states), 0, last))
     rotors = [mechanism.evaluate(link.armature) for link in tree for _ in link.velocities]
     M = np.swapaxes(B, 1, 2) @ B + np.diag(np.abs(rotors))
-    pull += np.abs(rotors) * chart.gamma
     unit = ENTRY * chart.turned
     bounds = {
         "mass matrix": unit[:, None, None]
         * np.moveaxis(chart.motion.project_matrix(np.moveaxis(M, 0, -1)), -1, 0),
-        "gravity": unit[:, None] * np.stack(chart.motion.project(weight.T), axis=-1),
+        "gravity": unit[:, None] * np.array(chart.motion.project(weight.T)).T,
     }
     if chart.linear:
         bounds |= {
-            "bias": unit[:, None] * np.stack(chart.motion.project(pull.T), axis=-1),
+            "bias": unit[:, None] * np.array(chart.motion.project(pull.T)).T,
             "kinetic energy": unit * kinetic,
             "momentum": np.tile(unit * momentum, (3, 1)).T,
             "angular momentum": np.tile(unit * angular, (3, 1)).T,
@@ -287,30 +279,27 @@ def entry_rounding(mechanism: Mechanism, states: States) -> dict[str, Array]:
 @final
 @dataclass(frozen=True)
 class _Rates:
-    """Sums of magnitudes along the links, their lengths, ω, v, α and a, shape (n,) each."""
+    """Sums of magnitudes along the links, their lengths, ω, v and a, shape (n,) each."""
 
     way: Array
     spin: Array
     speed: Array
-    turning: Array
     speeding: Array
 
     @property
     def tumbling(self) -> Array:
-        """α + ω²."""
-        return self.turning + self.spin**2
+        """α + ω²: the turns of axes, ω × u, add up to another ω²."""
+        return 2 * self.spin**2
 
-    def advance(self, step: Array, link: Link, u: Array, gamma: Array) -> _Rates:
-        """Return the sums at the next link; step [m], u (n, velocities), gamma (n, velocities)."""
+    def advance(self, step: Array, link: Link, u: Array) -> _Rates:
+        """Return the sums at the next link; step [m], u (n, velocities)."""
         turns = _turns(link)
         turn, slide = u[:, turns].sum(axis=1), u[:, ~turns].sum(axis=1)
-        faster, farther = gamma[:, turns].sum(axis=1), gamma[:, ~turns].sum(axis=1)
         return _Rates(
             self.way + step,
             self.spin + turn,
             self.speed + self.spin * step + slide,
-            self.turning + (2 * self.spin + turn) * turn + faster,
-            self.speeding + self.tumbling * step + (2 * self.spin + turn) * slide + farther,
+            self.speeding + self.tumbling * step + (2 * self.spin + turn) * slide,
         )
 
 
@@ -322,7 +311,6 @@ class _Chart:
     motion: JointMotion  # the joint coordinates, with G replaced by its magnitude
     sizes: dict[str, Array]  # magnitude of each joint coordinate, shape (n,)
     u: Array  # of the joint velocities, shape (n, nu)
-    gamma: Array  # of their rates at constant generalized velocities, shape (n, nu)
     turns: npt.NDArray[np.bool_]  # which joint velocities turn, shape (nu,)
     turned: Array  # how much more than u the angles' own rounding makes, shape (n,)
     linear: bool  # whether joint coordinates are linear in the generalized ones
@@ -347,7 +335,6 @@ class _Chart:
             motion=move,
             sizes=sizes,
             u=np.abs(move.u.T),
-            gamma=np.abs(np.stack(np.broadcast_arrays(*move.gamma, move.u[0])[:-1], axis=-1)),
             turns=turns,
             turned=turned,
             linear=linear,
@@ -362,7 +349,7 @@ class _Chart:
 
 def _turns(link: Link) -> npt.NDArray[np.bool_]:
     """Return which velocities of a link turn it, shape (velocities,)."""
-    return np.array([bool(S[:3, :3].any()) for S in motions(link)], dtype=bool)
+    return np.array([any(angular) for _, angular in unit_motions(link)], dtype=bool)
 
 
 @final
@@ -380,20 +367,20 @@ def _drive(states: States) -> dict[str, _Driven]:
     mechanism, n = states.mechanism, len(states)
     coordinates = mechanism.coordinates
     used = set[str]().union(*map(symbols_in, coordinates.driven.values()))
-    places = {name: k for k, name in enumerate(mechanism.velocities)}
     # along a motion at rest, ∂/∂t; along one with v = q in one coordinate, q ∂/∂q as well
-    v = np.zeros((1 + len(used), n, mechanism.nv))
-    for k, name in enumerate(used & set(coordinates)):
-        v[1 + k, :, places[f"{name}'"]] = states.q[:, coordinates.index(name)]
-    q, t = np.tile(states.q, (len(v), 1)), np.tile(states.t, len(v))
-    many = replace(states, q=q, v=v.reshape(-1, mechanism.nv), t=t, a=np.zeros((len(q), 0)))
+    v = [np.zeros_like(states.v)]
+    for k, name in enumerate(coordinates):
+        if name in used:
+            along = np.zeros_like(states.v)
+            along[:, mechanism.velocities.index(f"{name}'")] = states.q[:, k]
+            v.append(along)
+    many = states.at(np.tile(np.arange(n), len(v)))
     driven = {}
-    for name, c in driven_paths(many).items():
-        parts = (c[0, 0], c[1, 0], c[0, 1:], c[1, 1:])
-        r, rate, slope, bend = (part.reshape(*part.shape[:-1], len(v), n) for part in parts)
-        size = np.abs(r[0]) + np.abs(rate[0] * states.t) + np.abs(rate[1:] - rate[0]).sum(axis=0)
-        first = bend[:, 0]
-        sizes = np.abs(slope[:, 0]) + np.abs(first * states.t)
-        sizes += np.abs(bend[:, 1:] - first[:, None]).sum(axis=1)
-        driven[name] = _Driven(size, sizes.T, not (np.any(bend) or np.any(rate[0])))
+    for name, c in driven_paths(replace(many, v=np.concatenate(v))).items():
+        # of r and of its slopes, shape (1 + nv, n): the value first, then its rate
+        still, *moving = np.moveaxis(c.reshape(*c.shape[:2], len(v), n), 2, 0)
+        changes = [still[1] * states.t, *(motion[1] - still[1] for motion in moving)]
+        size, *slopes = np.abs([still[0], *changes]).sum(axis=0)
+        bent = np.any([motion[1, 1:] for motion in moving])
+        driven[name] = _Driven(size, np.array(slopes).T, not (still[1].any() or bent))
     return driven

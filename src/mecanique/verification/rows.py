@@ -119,7 +119,7 @@ def _sizes(x: Array, y: Array, least: float) -> Array:
         # scaled by the largest, so that a huge value does not overflow into a floor that excuses
         # everything
         typical = largest * float(np.sqrt(np.mean((known / largest) ** 2))) if largest > 0 else 0.0
-        floor = max(SMALL * typical, SMALL * least, np.finfo(float).tiny)
+        floor = SMALL * max(typical, least)
         size: Array = np.maximum(np.maximum(np.linalg.norm(x, axis=1), sizes), floor)
     return size
 
