@@ -471,6 +471,44 @@ TEXTS |= {
 }
 
 
+LIMB = (
+    '<mujoco model="limb"><compiler angle="radian" eulerseq="zyx" boundmass="0.9"/>'
+    '<option gravity="0 0 -1"/><default><joint stiffness="3"/><geom density="500"/>'
+    '<default class="soft"><joint stiffness="0.7"/></default></default><asset>'
+    '<mesh name="tetrahedron" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset><worldbody>'
+    '<geom size="0.3" pos="0.1 0.2 0"/><frame pos="0 0 5" childclass="soft">'
+    '<body name="a" pos="1 2 3" euler="0.1 0.2 0.3"><joint name="j" axis="0 1 0" ref="0.5"/>'
+    '<geom type="mesh" mesh="tetrahedron"/><body name="b" pos="0.3 0 0">'
+    '<joint name="k" axis="1 1 0"/><geom size="0.1" pos="0 0.2 0.3"/></body></body></frame>'
+    '<body name="other"><joint name="p" axis="0 1 0"/><geom size="0.1" pos="1 0 0"/></body>'
+    '</worldbody><actuator><motor tendon="pair" gear="2" armature="0.2"/></actuator><tendon>'
+    '<fixed name="one" stiffness="2"><joint joint="k" coef="1.5"/></fixed>'
+    '<fixed name="pair"><joint joint="j" coef="1"/><joint joint="k" coef="1"/></fixed></tendon>'
+    "</mujoco>"
+)
+ATTACHED = {
+    "all of a model": '<attach model="limb" prefix="x_"/>',
+    "all without a prefix": '<attach model="limb" prefix=""/>',
+    "in a body that moves": f'<body>{HINGE}{GEOM}<attach model="limb" prefix="x_"/></body>',
+    "a body": '<frame euler="10 20 30" childclass="main">'
+    '<attach model="limb" body="a" prefix="x_"/></frame>',
+    "twice": '<attach model="limb" prefix="x_"/><attach model="limb" body="b" prefix="y_"/>',
+    "a model in a model": '<attach model="pair" prefix="y_"/>',
+}
+
+
+@pytest.mark.parametrize("name", ATTACHED)
+def test_models_are_attached_as_mujoco_does(name: str) -> None:
+    Path("limb.xml").write_text(LIMB, encoding="utf-8")
+    asset = '<compiler boundmass="0.2"/><default><geom density="2000"/></default>'
+    asset += '<asset><model name="limb" file="limb.xml"/>{}</asset>'
+    pair = world('<attach model="limb" prefix="z_"/><body>' + HINGE + GEOM + "</body>", asset)
+    Path("pair.xml").write_text(pair.format(""), encoding="utf-8")
+    text = world(ATTACHED[name], asset).format('<model name="pair" file="pair.xml"/>')
+    Path("main.xml").write_text(text, encoding="utf-8")
+    expect_the_same(read_mjcf("main.xml"), text)
+
+
 def norm(text: str, q: Any, v: Any) -> tuple[Any, Any, Any]:
     """MuJoCo's mass matrix, bias and passive forces in this package's velocities."""
     model = mujoco.MjModel.from_xml_string(text)
@@ -545,7 +583,10 @@ def test_the_energy_of_tendons_is_mujocos(name: str) -> None:
 
 @pytest.mark.parametrize("name", TEXTS)
 def test_mass_bias_and_passive_forces_are_mujocos(name: str) -> None:
-    mechanism = read_mjcf(TEXTS[name])
+    expect_the_same(read_mjcf(TEXTS[name]), TEXTS[name])
+
+
+def expect_the_same(mechanism: mq.Mechanism, text: str) -> None:
     random = np.random.default_rng(3)
     engine, bare = mq.Reference(mechanism), mq.Reference(replace(mechanism, forces=()))
     for _ in range(5):
@@ -555,7 +596,7 @@ def test_mass_bias_and_passive_forces_are_mujocos(name: str) -> None:
                 start = list(mechanism.coordinates).index(joint.quaternion[0])
                 q[start : start + 4] /= np.linalg.norm(q[start : start + 4])
         v = random.uniform(-1, 1, mechanism.nv)
-        mass, bias, passive = norm(TEXTS[name], q, v)
+        mass, bias, passive = norm(text, q, v)
         still = np.zeros(mechanism.nv)
         close(engine.mass_matrix(q), mass, mass)
         total = engine.inverse_dynamics(q, v, still)

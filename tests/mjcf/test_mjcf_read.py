@@ -129,7 +129,8 @@ def test_files_are_included_with_their_lines(tmp_path: Path) -> None:
     with pytest.raises(mq.InputError, match="more than 100 files are included"):
         read_mjcf(main)
     main.write_text(model('<include file="no.xml"/>'), encoding="utf-8")
-    with pytest.raises(mq.InputError, match=r"no\.xml: there is no such file"):
+    said = r"main\.xml:1: <include> names .*no\.xml: there is no such file; put it there, or mend"
+    with pytest.raises(mq.InputError, match=said):
         read_mjcf(main)
 
 
@@ -272,9 +273,53 @@ def test_joints_may_follow_joints_that_follow_others() -> None:
     driven = read_mjcf(model(three, f"<equality>{laws}</equality>")).coordinates.driven
     angle = float(driven["c_joint"].subs({"a_joint": 0.5}))
     assert angle == pytest.approx(0.1 + 2 * (0.2 + 1.5), rel=1e-14)
-    twice = '<joint joint1="a_joint"/><joint joint1="a_joint" joint2="b_joint"/>'
+    twice = '<joint joint1="a_joint"/><joint joint1="a_joint" joint2="b_joint" polycoef="0 1 2"/>'
     with pytest.raises(mq.InputError, match="'a_joint' is tied by several constraints"):
         read_mjcf(model(TWO, f"<equality>{twice}</equality>"))
+
+
+def test_what_is_attached_says_where_it_is_wrong(tmp_path: Path) -> None:
+    rows = '<weld name="e1" body1="b" body2="a"/><weld name="e2" body1="b"/>'
+    limb = model(TWO, f'<equality>{rows}</equality><option gravity="0 0 -1"/>')
+    (tmp_path / "limb.xml").write_text(limb, encoding="utf-8")
+    main = tmp_path / "main.xml"
+
+    def attach(inside: str) -> mq.Mechanism:
+        asset = '<asset><model file="limb.xml" name="limb"/></asset>'
+        main.write_text(f"<mujoco>{asset}<worldbody>\n{inside}</worldbody></mujoco>")
+        return read_mjcf(main)
+
+    alone = attach('<attach model="limb" body="b" prefix="x_"/>')
+    assert [loop.name for loop in alone.loops] == ["x_e2"]
+    assert alone.gravity == (0.0, 0.0, -9.81)
+    assert "1 options of attached models" in alone.about
+    cases = {
+        '<attach model="limb"/>': "<attach> has no prefix",
+        '<attach model="leg" prefix=""/>': "the models among the assets, 'limb'; got 'leg'",
+        '<attach model="limb" body="c" prefix=""/>': "model 'limb' has no body 'c'",
+        '<replicate count="2"><attach model="limb" prefix=""/></replicate>': "write the copies out",
+    }
+    for inside, message in cases.items():
+        with pytest.raises(mq.InputError, match=rf"main\.xml:2: .*{re.escape(message)}"):
+            attach(inside)
+
+
+def test_of_several_ties_of_a_joint_linear_ones_are_turned_round() -> None:
+    rows = (
+        '<joint joint1="a_joint" joint2="c_joint" polycoef="0.1 2 3"/>'
+        '<joint joint1="a_joint" joint2="b_joint" polycoef="0.4 -2"/>'
+    )
+    arm = ARM.replace("axis=", 'ref="20" axis=')
+    three = TWO + arm.format("c", "0.8 0 1", "")
+    text = model(three, f"<equality>{rows}</equality>")
+    driven, x = read_mjcf(text).coordinates.driven, 0.3
+    data = mujoco.MjData(theirs := mujoco.MjModel.from_xml_string(text))
+    for joint, law in {"c_joint": x, **driven}.items():
+        value = x if joint == "c_joint" else law.subs({"c_joint": x})
+        data.qpos[theirs.joint(joint).qposadr[0]] = float(value)
+    mujoco.mj_forward(theirs, data)
+    assert [*driven] == ["a_joint", "b_joint"]
+    assert np.abs(data.efc_pos).max() < 1e-14
 
 
 def test_a_tendon_ties_two_joints() -> None:

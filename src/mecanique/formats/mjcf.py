@@ -32,6 +32,7 @@ from mecanique.formats.solids import (
 from mecanique.formats.sources import (
     GROUND,
     MOST_ELEMENTS,
+    MOST_FILES,
     Given,
     Source,
     beyond,
@@ -141,9 +142,10 @@ def read_mjcf(path_or_text: str | os.PathLike[str]) -> Mechanism:
 
 @final
 @dataclass
-class _Settings:
-    """What <compiler> and <option> say."""
+class _Model:
+    """What a file and those it includes state for their own elements: settings, classes, assets."""
 
+    file: Path | None
     degrees: bool = True
     sequence: str = "xyz"
     autolimits: bool = True
@@ -153,12 +155,23 @@ class _Settings:
     least_inertia: float = 0.0
     balance: bool = False
     total: float = -1.0
-    density: float = 0.0  # of the medium around
-    viscosity: float = 0.0
-    wind: Array = field(default_factory=lambda: np.zeros(3))
     fits_box: bool = False
     folder: str = ""
     strips: bool = False
+    classes: dict[str, dict[str, dict[str, str]]] = field(default_factory=lambda: {"main": {}})
+    meshes: dict[str, Given] = field(default_factory=dict)
+    solids: dict[str, Mass] = field(default_factory=dict)
+    fields: dict[str, Array] = field(default_factory=dict)  # half boxes with the mass of heights
+
+
+@final
+@dataclass
+class _Options:
+    """What <option> says, of the outermost model alone."""
+
+    density: float = 0.0  # of the medium around
+    viscosity: float = 0.0
+    wind: Array = field(default_factory=lambda: np.zeros(3))
     flags: dict[str, str] = field(default_factory=dict)
 
     def has(self, *flags: str) -> bool:
@@ -224,6 +237,12 @@ class _Tendon:
         return sum((factor * joints[joint] for joint, factor in self.factors.items()), 0.0)
 
 
+_REFERENCES = (
+    *("body", "body1", "body2", "site", "site1", "site2", "joint", "joint1", "joint2"),
+    *("jointinparent", "tendon", "tendon1", "tendon2", "cranksite", "slidersite", "geom"),
+)
+"""Attributes by which elements of tendons, actuators and constraints name others."""
+
 _DRIVES = "general motor position velocity intvelocity damper cylinder muscle adhesion dcmotor"
 _DRIVE = "general"
 """Actuators, and under which name classes keep the defaults of all of them as one."""
@@ -235,15 +254,12 @@ class _Reader(Source):
 
     def __init__(self, file: Path | None) -> None:
         super().__init__(file, "MJCF")
-        self._settings = _Settings()
-        self._classes: dict[str, dict[str, dict[str, str]]] = {"main": {}}
+        self._options = _Options()
+        self._models = {"": _Model(file)}  # with those attached
         self._links: list[_Link] = []
         self._sites: dict[str, tuple[str, Array]] = {}
         self._references: dict[str, float] = {}
         self._rests: dict[str, float] = {}
-        self._meshes: dict[str, Given] = {}
-        self._solids: dict[str, Mass] = {}
-        self._fields: dict[str, Array] = {}  # half the sizes of boxes with the mass of heights
         self._tendons: dict[str, _Tendon] = {}
         self._lengths: dict[str, str] = {}  # bodies of joints that are as far as tendons are long
         self._bodies, self._names = Names([GROUND]), Names()
@@ -254,27 +270,15 @@ class _Reader(Source):
 
     def read(self, source: str | os.PathLike[str]) -> Mechanism:
         root = self.parse(self.file if self.file is not None else str(source))
-        if root.tag != "mujoco":
-            raise self.refuse(root, f"expected <mujoco> as the outermost element, not <{root.tag}>")
-        root = self._include(root)
+        root = self._compose(root)
         for child in root.children:
-            if child.tag not in (*_SECTIONS.split(), *_COUNTED):
-                raise self.refuse(child, f"<{child.tag}> is not read")
             if child.tag in _COUNTED and child.children:
                 self.omitted[f"{child.tag}s"] += len(child.children)
-        for child in root.all("compiler"):
-            self._compile(child)
         for child in root.all("option"):
             self._set_options(child)
-        if not self._settings.has("gravity"):
+        if not self._options.has("gravity"):
             self.gravity = np.zeros(3)
-        for child in root.all("default"):
-            if child.attributes.get("class", "main") != "main":
-                raise self.refuse(child, "expected 'main' for the outermost class of defaults")
-            self._define(child, "main", {})
         self._links.append(_Link(GROUND, no_mass(), [], np.eye(4), np.eye(4)))
-        for asset in root.all("asset"):
-            self._note_meshes(asset)
         for world in root.all("worldbody"):
             expanded = self._replicate(world, "")[0]
             self._fill(expanded, self._links[0], "main", np.eye(4), np.zeros(3))
@@ -291,23 +295,128 @@ class _Reader(Source):
             if child.tag != "include":
                 children.append(self._include(child))
                 continue
-            name = child.attributes.get("file", "")
-            if self.file is None or not name or Path(name).is_absolute():
-                raise self.refuse(child, f"expected a file beside this one, got {name!r}")
-            path = self._beside(child, name)
-            children += self._include(self.parse_inclusion(child, path)).children
+            inside = self.parse_inclusion(child, self._find_file(child), element.model)
+            children += self._include(inside).children
         return replace(element, children=tuple(children))
 
+    def _find_file(self, element: Element) -> Path:
+        """Return the file that an element names."""
+        name = element.attributes.get("file", "")
+        if self.file is None or not name or Path(name).is_absolute():
+            raise self.refuse(element, f"expected a file beside this one, got {name!r}")
+        return self._beside(element, name)
+
     def _beside(self, element: Element, name: str | Path, folder: str = "") -> Path:
-        """Return a file beside the main one or, if there is none, beside the one that names it."""
-        main = (self.file.parent if self.file else Path()) / folder / name
+        """Return a file beside the model's own or, if there is none, beside the one naming it."""
+        file = self._models[element.model].file
+        main = (file.parent if file else Path()) / folder / name
         near = Path(element.file).parent / name
         return near if element.file and not main.is_file() and near.is_file() else main
+
+    # models in models
+
+    def _compose(self, root: Element) -> Element:
+        """Return a model with what it includes and attaches; note its settings and assets."""
+        if root.tag != "mujoco":
+            raise self.refuse(root, f"expected <mujoco> as the outermost element, not <{root.tag}>")
+        root = self._include(root)
+        for child in root.children:
+            if child.tag not in (*_SECTIONS.split(), *_COUNTED):
+                raise self.refuse(child, f"<{child.tag}> is not read")
+        for child in root.all("compiler"):
+            self._compile(child)
+        for child in root.all("default"):
+            if child.attributes.get("class", "main") != "main":
+                raise self.refuse(child, "expected 'main' for the outermost class of defaults")
+            self._define(child, "main", {})
+        attachable: dict[str, Element] = {}
+        for asset in (child for part in root.all("asset") for child in part.children):
+            if asset.tag == "model":
+                model = self._open_model(asset)
+                default = model.attributes.get("model", "MuJoCo Model")
+                attachable[asset.attributes.get("name", default)] = model
+            else:
+                self._note_asset(asset)
+        sections: list[Element] = []
+        children = tuple(
+            self._attach(child, attachable, sections) if child.tag == "worldbody" else child
+            for child in root.children
+        )
+        return replace(root, children=(*children, *sections))
+
+    def _open_model(self, asset: Element) -> Element:
+        """Return the model of a file that may be attached, with what it attaches itself."""
+        path, key = self._find_file(asset), f"{len(self._models)}"
+        if len(self._models) > MOST_FILES:
+            raise self.refuse(asset, f"more than {MOST_FILES} models are attached")
+        self._models[key] = _Model(path)
+        model = self._compose(self.parse_inclusion(asset, path, key))
+        if model.child("option") is not None:
+            # MuJoCo keeps those of the outermost model
+            self.omitted["options of attached models"] += 1
+        return model
+
+    def _attach(
+        self, element: Element, models: Mapping[str, Element], sections: list[Element]
+    ) -> Element:
+        """Return an element where models stand in the place of <attach>, and add their sections."""
+        children: list[Element] = []
+        for child in element.children:
+            if child.tag == "replicate" and any(part.tag == "attach" for part in child.walk()):
+                message = "<attach> in <replicate> is not read: write the copies out"
+                raise self.refuse(child, message)
+            if child.tag == "attach":
+                children.append(self._stand(child, models, sections))
+            else:
+                children.append(self._attach(child, models, sections))
+        return replace(element, children=tuple(children))
+
+    def _stand(
+        self, attach: Element, models: Mapping[str, Element], sections: list[Element]
+    ) -> Element:
+        """Return a frame with what is attached, which keeps settings and classes of its model."""
+        name, prefix = (attach.attributes.get(key) for key in ("model", "prefix"))
+        if prefix is None:
+            raise self.refuse(attach, "<attach> has no prefix=…")
+        if name is None or name not in models:
+            known = ", ".join(map(repr, models)) or "none"
+            message = f"<attach> expects one of the models among the assets, {known}"
+            raise self.refuse(attach, f"{message}; got {name!r}")
+        whole, kind = models[name], "main"
+        inside = [part for world in whole.all("worldbody") for part in world.children]
+        body = attach.attributes.get("body")
+        if body is not None:
+            inside, kind = self._find_body(attach, inside, body)
+        held = {part.attributes.get("name") for top in inside for part in top.walk()} | {GROUND}
+        # tendons first: what acts on those that are attached is attached, too
+        for section in sorted(whole.children, key=lambda section: section.tag != "tendon"):
+            if section.tag in (*_COUNTED, "equality"):
+                rows = [row for row in section.children if body is None or _refers(row) <= held]
+                if section.tag == "tendon":
+                    held |= {row.attributes.get("name") for row in rows}
+                named = tuple(_rename(row, prefix, "") for row in rows)
+                sections.append(replace(section, children=named))
+        named = tuple(_rename(part, prefix, "") for part in inside)
+        frame = replace(whole, tag="frame", attributes={"childclass": kind}, children=named)
+        return replace(frame, line=attach.line, file=attach.file)
+
+    def _find_body(
+        self, attach: Element, elements: Sequence[Element], name: str
+    ) -> tuple[list[Element], str]:
+        """Return the body of a model that is attached alone, and its class of defaults."""
+        waiting = [(element, "main") for element in elements]
+        while waiting:
+            element, kind = waiting.pop(0)
+            if element.tag == "body" and element.attributes.get("name") == name:
+                return [element], kind
+            kind = element.attributes.get("childclass", kind)
+            waiting += [(inner, kind) for inner in element.children]
+        raise self.refuse(attach, f"model {attach.attributes['model']!r} has no body {name!r}")
 
     # settings and defaults
 
     def _compile(self, element: Element) -> None:
-        texts, s = self._attributes(element, "compiler", {}), self._settings
+        texts, s = self._attributes(element, "compiler", {}), self._models[element.model]
         s.degrees = texts.get("angle", "degree" if s.degrees else "radian") == "degree"
         s.sequence = texts.get("eulerseq", s.sequence)
         s.autolimits = texts.get("autolimits", str(s.autolimits).lower()) == "true"
@@ -326,7 +435,7 @@ class _Reader(Source):
             raise self.refuse(element, "coordinate and alignfree of <compiler> are not read")
 
     def _set_options(self, element: Element) -> None:
-        texts, s = self._attributes(element, "option", {}), self._settings
+        texts, s = self._attributes(element, "option", {}), self._options
         self.gravity = texts.numbers("gravity", self.gravity)
         s.density = texts.number("density", s.density)
         s.viscosity = texts.number("viscosity", s.viscosity)
@@ -338,12 +447,13 @@ class _Reader(Source):
 
     def _define(self, element: Element, name: str, inherited: dict[str, dict[str, str]]) -> None:
         """Note the defaults of a class, and of those inside it."""
-        table = {tag: dict(texts) for tag, texts in (self._classes.get(name) or inherited).items()}
+        classes = self._models[element.model].classes
+        table = {tag: dict(texts) for tag, texts in (classes.get(name) or inherited).items()}
         for child in element.children:
             if child.tag != "default":
                 kind = _DRIVE if child.tag in _DRIVES.split() else child.tag
                 table[kind] = _overlay(table.get(kind, {}), child.attributes)
-        self._classes[name] = table
+        classes[name] = table
         for child in element.all("default"):
             inner = child.attributes.get("class", "")
             if not inner:
@@ -363,9 +473,10 @@ class _Reader(Source):
     def _defaults(self, element: Element, kind: str, inherited: str = "main") -> dict[str, str]:
         """Return what an element's class of defaults says of its kind."""
         name = element.attributes.get("class", inherited)
-        if name not in self._classes:
+        classes = self._models[element.model].classes
+        if name not in classes:
             raise self.refuse(element, f"there is no class of defaults {name!r}")
-        return self._classes[name].get(kind, {})
+        return classes[name].get(kind, {})
 
     def _resolve(self, element: Element, kind: str, inherited: str) -> Given:
         return self._attributes(element, kind, self._defaults(element, element.tag, inherited))
@@ -380,7 +491,8 @@ class _Reader(Source):
 
     def _turn(self, texts: Given) -> Array:
         """The rotation matrix of an orientation in any of MuJoCo's five forms."""
-        unit = math.radians(1) if self._settings.degrees else 1.0
+        model = self._models[texts.element.model]
+        unit = math.radians(1) if model.degrees else 1.0
         given = [name for name in _ORIENTATIONS if name in texts]
         if len(given) > 1:
             raise texts.refuse(f"expected one orientation, got {' and '.join(given)}")
@@ -400,7 +512,7 @@ class _Reader(Source):
             case ["euler"]:
                 angles = texts.numbers("euler", (0, 0, 0)) * unit
                 turn = np.eye(3)
-                for letter, angle in zip(self._settings.sequence, angles, strict=True):
+                for letter, angle in zip(model.sequence, angles, strict=True):
                     step = turn_about(np.eye(3)["xyz".index(letter.lower())], angle)
                     # small letters turn about axes that turn along, capitals about fixed ones
                     turn = turn @ step if letter.islower() else step @ turn
@@ -440,7 +552,7 @@ class _Reader(Source):
             }
             if "childclass" in texts:
                 attributes["childclass"] = texts["childclass"]
-            named = tuple(_rename(child, end) for child in children)
+            named = tuple(_rename(child, "", end) for child in children)
             frames.append(replace(element, tag="frame", attributes=attributes, children=named))
             place = (
                 place + self._turn(Given(self, element, {"euler": attributes["euler"]})) @ offset
@@ -479,7 +591,7 @@ class _Reader(Source):
             for child, _, frame in contents
             if child.tag == "inertial"
         ]
-        rule = self._settings.from_geoms
+        rule = self._models[element.model].from_geoms
         by_geoms = link.name != GROUND and (rule == "true" or (rule == "auto" and not stated))
         for child, name, frame in contents:
             match child.tag:
@@ -505,7 +617,8 @@ class _Reader(Source):
             # without geoms MuJoCo takes what is stated; without that, too, it adds to the body's
             # place that place once more, where the least mass then stands
             nothing = replace(no_mass(), center=place).move(shift)
-            link.mass = self._limit(sum_masses(parts) if parts else [nothing, *stated][-1])
+            mass = sum_masses(parts) if parts else [nothing, *stated][-1]
+            link.mass = self._limit(mass, self._models[element.model])
         for child, name, frame in inside:
             self._body(child, link, name, frame)
 
@@ -592,7 +705,8 @@ class _Reader(Source):
             message = f"expected a joint of type hinge, slide, ball or free, got {form!r}"
             raise self.refuse(element, message)
         axis = unit_vector(frame[:3, :3] @ texts.numbers("axis", (0, 0, 1)))
-        unit = math.radians(1) if self._settings.degrees and form == "hinge" else 1.0
+        degrees = self._models[element.model].degrees
+        unit = math.radians(1) if degrees and form == "hinge" else 1.0
         reference = unit * texts.number("ref", 0.0)
         rest = unit * texts.number("springref", 0.0)
         # the text shows the body where the coordinate is its reference
@@ -619,7 +733,7 @@ class _Reader(Source):
         stiffness, damping = (
             texts.numbers(what, (0, 0, 0), least=1) for what in ("stiffness", "damping")
         )
-        return stiffness * self._settings.has("spring"), damping * self._settings.has("damper")
+        return stiffness * self._options.has("spring"), damping * self._options.has("damper")
 
     def _time_springs(self, bodies: Sequence[Body]) -> None:
         """Add springs and dampers that the inertia in the position of the text determines.
@@ -639,8 +753,8 @@ class _Reader(Source):
         for joint, (constant, ratio) in self._timed.items():
             stiffness, damping = np.zeros((2, 3))
             own = inertia[tree.velocities.index(f"{joint}'")]
-            stiffness[0] = self._settings.has("spring") * own / (constant * ratio) ** 2
-            damping[0] = self._settings.has("damper") * 2 * own / constant
+            stiffness[0] = self._options.has("spring") * own / (constant * ratio) ** 2
+            damping[0] = self._options.has("damper") * 2 * own / constant
             self.resist(joint, joint, stiffness, np.full(2, self._rests[joint]), damping)
 
     def _limits(self, texts: Given, unit: float) -> Limits | None:
@@ -651,7 +765,7 @@ class _Reader(Source):
             ("actuatorfrcrange", "actuatorfrclimited", 1.0),
         ):
             limited = texts.get(flag, "auto")
-            if limited == "auto" and self._settings.autolimits and name in texts:
+            if limited == "auto" and self._models[texts.element.model].autolimits and name in texts:
                 limited = "true"
             if limited == "true":
                 low, high = scale * texts.numbers(name, (0, 0))
@@ -669,7 +783,7 @@ class _Reader(Source):
 
         MuJoCo documentation, "Fluid forces", inertia model.
         """
-        s, moving = self._settings, self._flows(option, follows)
+        s, moving = self._options, self._flows(option, follows)
         for link in self._links:
             mass = link.mass
             if link.name not in moving or mass.mass < _NO_MASS:
@@ -694,7 +808,7 @@ class _Reader(Source):
     def _flows(self, option: Element, follows: Mapping[str, Scalar]) -> dict[str, _Flow]:
         """Return how bodies that move do so, and the wind, in their own axes, as expressions."""
         still = np.zeros(3)
-        flows = {GROUND: _Flow(still, still, self._settings.wind, 0)}
+        flows = {GROUND: _Flow(still, still, self._options.wind, 0)}
         for joint in self.joints:
             if joint.name in self._lengths:
                 continue
@@ -729,13 +843,15 @@ class _Reader(Source):
         form = "mesh" if form == "sdf" and "mesh" in texts else form
         if texts.number("contype", 1) or texts.number("conaffinity", 1):
             self.omitted["contacts of geoms"] += 1
-        low, high = self._settings.groups
+        model = self._models[texts.element.model]
+        low, high = model.groups
         counts = counts and low <= texts.number("group", 0) <= high
         mass = texts.number("mass", -1.0) if "mass" in texts else None
         density = texts.number("density", 1000.0)
         if mass == 0 or (mass is None and density == 0):
             counts = False
-        medium = self._settings.passive and (self._settings.density or self._settings.viscosity)
+        option = self._options
+        medium = option.passive and (option.density or option.viscosity)
         if medium and texts.get("fluidshape", "none") != "none":
             raise texts.refuse("fluidshape=… of <geom> is not read")
         shell = texts.get("shellinertia") == "true"
@@ -743,8 +859,8 @@ class _Reader(Source):
             return self._mesh_geom(texts, form, frame, link, counts)
         size = texts.numbers("size", (0, 0, 0), least=1)
         drawn = form
-        if form == "hfield" and texts.get("hfield") in self._fields:
-            form, size = "box", self._fields[texts["hfield"]]
+        if form == "hfield" and texts.get("hfield") in model.fields:
+            form, size = "box", model.fields[texts["hfield"]]
         if form not in SIZES:
             if counts and form != "plane":
                 raise texts.refuse(f"the inertia of a geom of type {form!r} is not read")
@@ -774,7 +890,8 @@ class _Reader(Source):
         self, texts: Given, form: str, frame: Array, link: _Link, counts: bool
     ) -> Mass | None:
         """Note how the geom of a mesh looks, and return its mass if it counts."""
-        place, known = frame @ self._pose(texts), self._meshes.get(texts["mesh"])
+        known = self._models[texts.element.model].meshes.get(texts["mesh"])
+        place = frame @ self._pose(texts)
         if known is None and counts:
             raise texts.refuse(f"there is no mesh {texts['mesh']!r} among the assets")
         if known is not None and (counts or form == "mesh"):
@@ -794,7 +911,7 @@ class _Reader(Source):
 
     def _fit(self, texts: Given, form: str, solid: Mass) -> tuple[float, Array]:
         """Volume and inertia by mass of a geom that takes the place of a mesh."""
-        if self._settings.fits_box:
+        if self._models[texts.element.model].fits_box:
             raise texts.refuse("a geom fitted to the box around a mesh is not read")
         moments, axes = np.linalg.eigh(solid.inertia / solid.mass)
         moments, axes = moments[::-1], axes[:, ::-1]  # as MuJoCo orders them
@@ -812,24 +929,22 @@ class _Reader(Source):
 
     # meshes
 
-    def _note_meshes(self, asset: Element) -> None:
-        for child in asset.children:
-            if child.tag == "model":
-                raise self.refuse(child, "<model> among the assets is not read")
-            if child.tag == "hfield":
-                a, b, top, base = Given(self, child, child.attributes).numbers("size", (0,) * 4)
-                name = child.attributes.get("name") or Path(child.attributes.get("file", "")).stem
-                self._fields[name] = np.array([a, b, top / 4 + base / 2])  # as MuJoCo weighs it
-            if child.tag != "mesh":
-                continue
-            texts = _overlay(self._defaults(child, "mesh"), child.attributes)
+    def _note_asset(self, element: Element) -> None:
+        model = self._models[element.model]
+        if element.tag == "hfield":
+            a, b, top, base = Given(self, element, element.attributes).numbers("size", (0,) * 4)
+            name = element.attributes.get("name") or Path(element.attributes.get("file", "")).stem
+            model.fields[name] = np.array([a, b, top / 4 + base / 2])  # as MuJoCo weighs it
+        if element.tag == "mesh":
+            texts = _overlay(self._defaults(element, "mesh"), element.attributes)
             name = texts.get("name") or Path(texts.get("file", "")).stem
-            self._meshes[name] = Given(self, child, texts)
+            model.meshes[name] = Given(self, element, texts)
 
     def _file_of(self, texts: Given) -> Path:
         name = Path(texts["file"].replace("\\", "/"))
-        name = Path(name.name) if self._settings.strips else name
-        return self._beside(texts.element, name, self._settings.folder)
+        model = self._models[texts.element.model]
+        name = Path(name.name) if model.strips else name
+        return self._beside(texts.element, name, model.folder)
 
     def _show(self, texts: Given, place: Array) -> Iterator[Visual]:
         """Yield what a page shows of a mesh, if it is a file that stands as it is."""
@@ -840,8 +955,9 @@ class _Reader(Source):
 
     def _measure(self, name: str, texts: Given) -> Mass:
         """Return the volume and inertia of a mesh of the assets."""
-        if name in self._solids:
-            return self._solids[name]
+        solids = self._models[texts.element.model].solids
+        if name in solids:
+            return solids[name]
         self._attributes(texts.element, "mesh", {})
         rule = texts.get("inertia", "legacy")
         if rule not in RULES:
@@ -856,13 +972,13 @@ class _Reader(Source):
             corners = corners @ turn_of(texts.numbers("refquat", (1, 0, 0, 0)))
             scale = texts.numbers("scale", (1, 1, 1))
             corners = corners * scale if np.prod(scale) >= 0 else (corners * scale)[:, ::-1]
-            self._solids[name] = mesh_of(corners, RULES[rule])
+            solids[name] = mesh_of(corners, RULES[rule])
         except InputError as error:
             place = texts.refuse("")
             if str(error).startswith(str(place)):
                 raise
             raise texts.refuse(f"mesh {name!r}: {error}") from None
-        return self._solids[name]
+        return solids[name]
 
     def _corners(self, texts: Given) -> Corners:
         if "file" in texts:
@@ -877,9 +993,8 @@ class _Reader(Source):
         points = lists["vertex"].astype(np.float32).astype(float)
         return faces_of(points, lists["face"].astype(np.int64))
 
-    def _limit(self, mass: Mass) -> Mass:
+    def _limit(self, mass: Mass, s: _Model) -> Mass:
         """Raise a mass and its principal moments to the least that <compiler> allows."""
-        s = self._settings
         total = max(mass.mass, s.least_mass)
         if not (s.least_inertia or s.balance):
             return replace(mass, mass=total)
@@ -1057,7 +1172,7 @@ class _Reader(Source):
         for element in (child for part in root.all("equality") for child in part.children):
             defaults = self._defaults(element, "equality")
             inactive = {**defaults, **element.attributes}.get("active") == "false"
-            if inactive or not self._settings.has("equality", "constraint"):
+            if inactive or not self._options.has("equality", "constraint"):
                 self.omitted["inactive constraints"] += 1
                 continue
             if element.tag not in ("connect", "weld", "joint", "tendon"):
@@ -1119,17 +1234,23 @@ class _Reader(Source):
             x = second.along(moved)
             law = law + sum(c * x**k for k, c in enumerate(factors) if k and c)
         along = sides[0].factors
-        free = [joint for joint in along if len(along) == 1 or joint not in self.laws]
+        free = [joint for joint in along if joint not in self.laws]
+        if not free and len(sides) > 1 and factors[1] and not any(factors[2:]):
+            # a linear law has an inverse: the second side follows the first
+            law = (sides[0].along(moved) - factors[0]) / factors[1]
+            along, sides = sides[1].factors, sides[::-1]
+            free = [joint for joint in along if joint not in self.laws]
         if not free:
-            raise self.refuse(element, "no joint along the tendon is free to follow")
+            names = " and ".join(map(repr, along))
+            raise self.refuse(element, f"joint {names} is tied by several constraints")
         joint = free[-1]
         law = (law - sides[0].along(moved | {joint: 0.0})) / along[joint]
         self.follow(element, joint, law + self._references[joint])
 
     def _mechanism(self, root: Element) -> Mechanism:
-        s = self._settings
+        s, most = self._options, self._models[""].total
         total = sum(link.mass.mass for link in self._links)
-        scale = s.total / total if s.total > 0 and total > 0 else 1.0
+        scale = most / total if most > 0 and total > 0 else 1.0
         loops, follows = self._close(root), self.compose_laws()
         if s.passive and (s.density or s.viscosity):
             self._immerse(root.child("option") or root, follows)
@@ -1220,10 +1341,17 @@ def _motion_of(joint: Joint, follows: Mapping[str, Scalar]) -> tuple[Array, Arra
     return pose, linear, spin
 
 
-def _rename(element: Element, suffix: str) -> Element:
-    """Return an element with a suffix to its name and to all names inside."""
-    children = tuple(_rename(child, suffix) for child in element.children)
+def _refers(element: Element) -> set[str]:
+    """The names of others in an element and those inside."""
+    texts = (pair for part in element.walk() for pair in part.attributes.items())
+    return {text for key, text in texts if key in _REFERENCES}
+
+
+def _rename(element: Element, prefix: str, suffix: str) -> Element:
+    """Return an element with all names inside between these; with a prefix, references, too."""
+    children = tuple(_rename(child, prefix, suffix) for child in element.children)
     attributes = dict(element.attributes)
-    if "name" in attributes:
-        attributes["name"] += suffix
+    for key in ("name", *_REFERENCES) if prefix else ("name",):
+        if attributes.get(key, GROUND) != GROUND:
+            attributes[key] = f"{prefix}{attributes[key]}{suffix}"
     return replace(element, attributes=attributes, children=children)

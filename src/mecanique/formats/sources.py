@@ -110,11 +110,14 @@ class Source:
             raise InputError(f"expected {self._format}, got {str(source)[:60]!r}")
         return root
 
-    def parse_inclusion(self, element: Element, path: Path) -> Element:
-        """Return the outermost element of an included file, which knows the name of its file."""
+    def parse_inclusion(self, element: Element, path: Path, model: str = "") -> Element:
+        """Return the outermost element of an included file, which knows its file and model."""
         if self._files > MOST_FILES:
             raise self.refuse(element, f"more than {MOST_FILES} files are included")
-        return _note_file(self.parse(path), str(path))
+        if not path.is_file():
+            message = f"<{element.tag}> names {path}: there is no such file"
+            raise self.refuse(element, f"{message}; put it there, or mend its path")
+        return _note(self.parse(path), str(path), model)
 
     def refuse(self, element: Element, message: str) -> InputError:
         """Return an error that names the file and the line of an element."""
@@ -331,6 +334,6 @@ def turn_from_z(direction: Array) -> Array:
     return turn_about(axis, math.atan2(float(np.linalg.norm(axis)), float(direction[2])))
 
 
-def _note_file(element: Element, file: str) -> Element:
-    children = tuple(_note_file(child, file) for child in element.children)
-    return replace(element, children=children, file=file)
+def _note(element: Element, file: str, model: str) -> Element:
+    children = tuple(_note(child, file, model) for child in element.children)
+    return replace(element, children=children, file=file, model=model)

@@ -23,6 +23,7 @@ class Element:
         line: where its start tag begins, counted from 1.
         offset: where its start tag begins, in bytes of the text in UTF-8.
         file: the file whose line it is, if that is not the text it was read from.
+        model: name of the model that it comes from, if that is attached to another one.
     """
 
     tag: str
@@ -32,6 +33,7 @@ class Element:
     line: int
     offset: int
     file: str = ""
+    model: str = ""
 
     def child(self, tag: str) -> Element | None:
         """Return the first child with a tag, or None."""
