@@ -7,7 +7,7 @@ import pytest
 import mecanique as mq
 from mecanique.derivation.laws import laws_of
 from mecanique.errors import DerivationError, EngineError
-from mecanique.model.force_base import BodyLoad, JointLoad, LineLoad
+from mecanique.model.force_base import BodyLoad, FieldLoad, JointLoad, LineLoad
 from mecanique.reference.engine.forces.loads import law_of
 
 FORCES: tuple[mq.AnyForce, ...] = (
@@ -18,6 +18,7 @@ FORCES: tuple[mq.AnyForce, ...] = (
     mq.JointForce("drive", "hinge", force=mq.time()),
     mq.CentralForce("central", "a", (0, 0, 0), "b", (1, 0, 0), -1.0 / mq.distance()),
     mq.Potential("well", "hinge", mq.coordinate("q") ** 2),
+    mq.PotentialField("field", "a", (0, 0, 1), mq.position()[2] ** 2),
     mq.Force("force", "a", (0, 0, 1), (0, mq.coordinate("q"), 0), axes="b"),
     mq.Torque("torque", "a", (0, 0, mq.velocity("q"))),
 )
@@ -28,7 +29,7 @@ def leaves(base: type) -> set[type]:
 
 
 def test_every_type_is_among_the_samples() -> None:
-    types = {leaf for base in (LineLoad, JointLoad, BodyLoad) for leaf in leaves(base)}
+    types = {leaf for base in (LineLoad, JointLoad, BodyLoad, FieldLoad) for leaf in leaves(base)}
     types = {leaf for leaf in types if leaf.__module__ == mq.Spring.__module__}
     assert {type(force) for force in FORCES} == types
     for leaf in types:
@@ -38,10 +39,10 @@ def test_every_type_is_among_the_samples() -> None:
 @pytest.mark.parametrize("force", FORCES, ids=lambda force: force.name)
 def test_a_force_describes_itself(force: mq.AnyForce) -> None:
     assert force.kind in {"spring", "damper", "load"}
-    assert force.conservative == (force.kind == "spring" or force.name == "central")
+    assert force.conservative == (force.kind == "spring" or force.name in ("central", "field"))
     assert force.coefficient
     varies = {"drive": {"t"}, "force": {"q"}, "torque": {"q'"}}
-    varies |= {"central": {"distance"}, "well": {"q"}}
+    varies |= {"central": {"distance"}, "well": {"q"}, "field": {"position_z"}}
     assert force.symbols == varies.get(force.name, set())
     if isinstance(force, LineLoad):
         assert [end.body for end in force.ends] == ["a", "b"]

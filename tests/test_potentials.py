@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import mecanique as mq
+from mecanique.motion.inertial import on_turning_earth
 
 M = mq.Parameter("m", 2.0, "kg")
 K = mq.Parameter("k", 3.0, "N/m")
@@ -75,6 +78,25 @@ def plane(potential: object) -> mq.Mechanism:
     )
 
 
+def field(potential: object) -> mq.Mechanism:
+    """A rod on a pin that slides, with a field at a point beside the rod's axis."""
+    return mq.Mechanism(
+        "field",
+        (mq.Body("ground"), mq.Body("slider", mq.particle(M)), mq.Body("rod", mq.rod(M, A))),
+        (
+            mq.Prismatic("slide", "ground", "slider", axis=(1, 0, 0), coordinate="x"),
+            mq.Revolute("pin", "slider", "rod", axis=(0, -1, 0), coordinate="y"),
+        ),
+        forces=(mq.PotentialField("trap", "rod", (0.1, 0, -A), potential),),
+        parameters=(M, A, K, C, W),
+        gravity=(0, 0, 0),
+    )
+
+
+PX, PY, PZ = mq.position()
+SADDLE = K * (PX**2 - PZ**2) / 2 + C * PX**2 * PZ / 3
+WAVE = K * A * mq.cos(W * mq.time()) * mq.sqrt(PX**2 + PZ**2 + A**2)
+
 GRAVITATION = -G * M * M / mq.distance()
 HOOKE = K * mq.distance() ** 2 / 2
 MORSE = D * (1 - mq.exp(-mq.distance() / A)) ** 2
@@ -91,8 +113,17 @@ def test_duffing_by_its_potential() -> None:
 
 @pytest.mark.parametrize(
     "mechanism",
-    [duffing(), pair(GRAVITATION), pair(HOOKE), pair(MORSE), plane(HENON_HEILES), plane(TRAP)],
-    ids=["duffing", "gravitation", "hooke", "morse", "henon_heiles", "trap"],
+    [
+        duffing(),
+        pair(GRAVITATION),
+        pair(HOOKE),
+        pair(MORSE),
+        plane(HENON_HEILES),
+        plane(TRAP),
+        field(SADDLE),
+        field(WAVE),
+    ],
+    ids=["duffing", "gravitation", "hooke", "morse", "henon_heiles", "trap", "saddle", "wave"],
 )
 def test_all_derivations_agree_with_the_engine(mechanism: mq.Mechanism) -> None:
     verdict = mq.verify(mechanism, samples=30)
@@ -179,7 +210,15 @@ def test_a_potential_that_depends_on_time_has_no_energy_integral() -> None:
 
 
 @pytest.mark.parametrize(
-    "mechanism", [duffing(), pair(GRAVITATION), pair(MORSE), plane(HENON_HEILES), plane(TRAP)]
+    "mechanism",
+    [
+        duffing(),
+        pair(GRAVITATION),
+        pair(MORSE),
+        plane(HENON_HEILES),
+        plane(TRAP),
+        field(SADDLE),
+    ],
 )
 def test_potentials_go_through_urdf(mechanism: mq.Mechanism) -> None:
     text = mq.write_urdf(mechanism)
@@ -228,6 +267,54 @@ def test_faulty_tags_are_reported(tag: str, said: str) -> None:
 def test_what_is_no_potential_is_refused(potential: object, said: str) -> None:
     with pytest.raises(mq.MechanismError, match=said):
         duffing(mq.Potential("well", "slide", potential))
+
+
+def test_a_field_pushes_a_point_down_its_slope() -> None:
+    """Q = −grad V · ∂r/∂q at r = (x + c cos y + a sin y, 0, c sin y − a cos y)."""
+    mechanism = field(SADDLE)
+    reference = mq.Reference(mechanism)
+    x, y, a, c, k, b = 0.4, 0.7, 0.8, 0.1, 3.0, 2.0
+    px, pz = x + c * np.cos(y) + a * np.sin(y), c * np.sin(y) - a * np.cos(y)
+    slope = np.array([k * px + 2 * b * px * pz / 3, -k * pz + b * px**2 / 3])
+    turned = np.array([-c * np.sin(y) + a * np.cos(y), c * np.cos(y) + a * np.sin(y)])
+    empty = mq.Reference(replace(mechanism, forces=()))
+    q, still = [x, y], [0.0, 0.0]
+    np.testing.assert_allclose(
+        reference.bias(q, still) - reference.forces(q, still),
+        empty.bias(q, still) + np.array([slope[0], slope @ turned]),
+        rtol=1e-14,
+        atol=0,
+    )
+    V = k * (px**2 - pz**2) / 2 + b * px**2 * pz / 3
+    gained = reference.energy(q).potential - empty.energy(q).potential
+    assert gained == pytest.approx(V, rel=1e-13)
+    (effect,) = reference.applied(q)
+    assert (effect.body, effect.other) == ("rod", None)
+    np.testing.assert_allclose(effect.point, [px, 0, pz], rtol=0, atol=1e-15)
+
+
+def test_a_motion_in_a_field_keeps_its_energy_or_gains_the_field_s() -> None:
+    assert "E = " in mq.derive(field(SADDLE)).text(steps=True)
+    motion = mq.simulate(field(SADDLE), q={"x": 0.1, "y": 0.5}, duration=1.5)
+    assert motion.audit().ok
+    assert np.ptp(motion.energy().total) < 1e-8
+    driven = mq.simulate(field(WAVE), q={"x": 0.1, "y": 0.5}, duration=2.0)
+    assert driven.audit().ok
+    assert np.ptp(driven.energy().total) > 0.1
+    assert "trap" in mq.picture(driven.mechanism).svg
+
+
+def test_a_field_of_the_world_does_not_turn_with_the_earth() -> None:
+    with pytest.raises(mq.InputError, match="'trap' is a function of places in the world"):
+        on_turning_earth(field(SADDLE), 0.5)
+
+
+def test_where_a_point_is_has_letters_of_its_own() -> None:
+    with pytest.raises(mq.MechanismError, match=r"is to depend on position\(\), time and"):
+        field(X * SADDLE)
+    letter = mq.Parameter("position_x", 1.0)
+    with pytest.raises(mq.MechanismError, match="'position_x' is where its point is; rename"):
+        replace(field(SADDLE), parameters=(M, A, K, C, W, letter))
 
 
 def test_a_distance_is_a_letter_of_its_own() -> None:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal, Protocol, TypeAlias, final
 
 from mecanique.errors import DerivationError
-from mecanique.model.expression import DISTANCE, Scalar
+from mecanique.model.expression import DISTANCE, POSITION, Scalar
 from mecanique.model.force_base import AnyForce, BodyLoad
 from mecanique.model.forces import (
     CentralForce,
@@ -26,6 +26,7 @@ from mecanique.model.forces import (
     JointForce,
     JointSpring,
     Potential,
+    PotentialField,
     Spring,
 )
 
@@ -108,7 +109,7 @@ Number: TypeAlias = Callable[..., Any]
 @final
 @dataclass(frozen=True)
 class Stored:
-    """A given potential V(q, t), of which x is one q, or V(x, t) of a distance."""
+    """A given potential V(q, t), of which x is one q, V(x, t) of a distance, or V(x, y, z, t)."""
 
     potential: Scalar
     number: Number
@@ -128,6 +129,11 @@ class Stored:
         if V is not None:
             return along.direct(self.number(2 * _slope(V, _SQUARE), {_SQUARE: along.square}), None)
         return along.direct(None, self.number(_slope(self.potential, along.name), along.values))
+
+    @property
+    def gradient(self) -> list[Scalar]:
+        """The components of grad V, in the letters of V."""
+        return [_slope(self.potential, name) for name in POSITION]
 
     def _of_square(self, name: str) -> Scalar | None:
         """Return V of a distance as a function of its square, if it is one without roots."""
@@ -198,7 +204,7 @@ def laws_of(force: AnyForce, number: Number) -> tuple[Law, ...]:
             return (Elastic(number(force.stiffness), number(force.free_length)),)
         case JointSpring():
             return (Elastic(number(force.stiffness), number(force.reference)),)
-        case CentralForce() | Potential():
+        case CentralForce() | Potential() | PotentialField():
             return (Stored(force.potential, number),)
         case Damper() | JointDamper():
             return (Viscous(number(force.damping)),)

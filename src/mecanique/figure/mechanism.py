@@ -48,7 +48,15 @@ from mecanique.model.constraint_base import PressingContact, Strung, list_cord_r
 from mecanique.model.constraints.friction import Contact, Friction, Stop
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.expression import DISTANCE, Scalar, coordinate, evaluate, plain, symbols_in
-from mecanique.model.force_base import BodyLoad, End, JointLoad, LineLoad, WrenchOnBody, loads_in
+from mecanique.model.force_base import (
+    BodyLoad,
+    End,
+    FieldLoad,
+    JointLoad,
+    LineLoad,
+    WrenchOnBody,
+    loads_in,
+)
 from mecanique.model.forces import CentralForce
 from mecanique.model.joint_base import Single
 from mecanique.model.joints import Joint, Prismatic, Revolute, Spherical, Universal
@@ -549,6 +557,10 @@ def loads(setting: Setting) -> Iterator[Mark]:
             if wrench.torque is not None:
                 at = setting.at(wrench.body)
                 yield from _bend(at, 1.0, force.name, setting.clear_side(at))
+        elif isinstance(force, FieldLoad) and force.name in now:
+            along, at = setting.camera.at(now[force.name]), setting.at(force.body, force.point)
+            if math.hypot(*along) > 1e-9:
+                yield from _draw_force(setting, force.body, at, unit(along), force.name)
         elif isinstance(force, JointLoad) and force.kind == "load":
             yield from _drive(setting, force)
 

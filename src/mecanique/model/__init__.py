@@ -25,7 +25,7 @@ from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.constraints.velocity_constraints import VelocityConstraint
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.expression import coordinate, distance, time, velocity
+from mecanique.model.expression import coordinate, distance, position, time, velocity
 from mecanique.model.expression.functions import (
     acos,
     asin,
@@ -49,6 +49,7 @@ from mecanique.model.forces import (
     JointForce,
     JointSpring,
     Potential,
+    PotentialField,
     Spring,
     Torque,
 )
@@ -102,6 +103,7 @@ __all__ = [
     "Placement",
     "Planar",
     "Potential",
+    "PotentialField",
     "Prismatic",
     "Pulley",
     "Rack",
@@ -138,6 +140,7 @@ __all__ = [
     "massless",
     "particle",
     "plate",
+    "position",
     "ring",
     "rod",
     "shell",

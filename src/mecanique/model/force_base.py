@@ -1,7 +1,7 @@
-"""What forces have in common, and the three ways in which they act.
+"""What forces have in common, and the four ways in which they act.
 
-A force acts along the line between two points (`LineLoad`), in a joint (`JointLoad`) or on one body
-(`BodyLoad`).
+A force acts along the line between two points (`LineLoad`), in a joint (`JointLoad`), on one body
+(`BodyLoad`) or, by a potential, at the place where a point of a body is (`FieldLoad`).
 """
 
 from __future__ import annotations
@@ -159,7 +159,25 @@ class BodyLoad(_Force):
         return (self.body,) if axes == "world" else (self.body, axes)
 
 
-AnyForce: TypeAlias = LineLoad | JointLoad | BodyLoad
+@dataclass(frozen=True)
+class FieldLoad(_Force):
+    """A force at a point of a body by where in the world the point is; nothing takes the reaction.
+
+    Args:
+        body: name of the body.
+        point: shape (3,), in the body's frame [m].
+    """
+
+    body: str
+    point: Point = field(metadata=POINT)
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Name of the body."""
+        return (self.body,)
+
+
+AnyForce: TypeAlias = LineLoad | JointLoad | BodyLoad | FieldLoad
 """Anything that acts: a spring, a damper, a drive or a load.
 
 Example:

@@ -3,10 +3,10 @@
 Every scalar may be a number or an expression in parameters, inputs, the generalized coordinates q,
 their velocities q' and time t. Points are given in the frame of the body they belong to.
 
-A force acts in one of three ways, its base class: along the line between two points (`LineLoad`),
-in a joint (`JointLoad`) or on one body (`BodyLoad`). It describes itself, who, where and with which
-expressions; what it does, its law, is written twice, in `mecanique.derivation.laws` and in
-`mecanique.reference.engine.forces.loads`, independently.
+A force acts in one of four ways, its base class: along the line between two points (`LineLoad`), in
+a joint (`JointLoad`), on one body (`BodyLoad`) or by where a point is (`FieldLoad`). It describes
+itself, who, where and with which expressions; what it does, its law, is written twice, in
+`mecanique.derivation.laws` and in `mecanique.reference.engine.forces.loads`, independently.
 """
 
 from __future__ import annotations
@@ -15,7 +15,14 @@ from dataclasses import dataclass, field
 from typing import final
 
 from mecanique.model.expression import Scalar
-from mecanique.model.force_base import BodyLoad, JointLoad, LineLoad, Point, WrenchOnBody
+from mecanique.model.force_base import (
+    BodyLoad,
+    FieldLoad,
+    JointLoad,
+    LineLoad,
+    Point,
+    WrenchOnBody,
+)
 from mecanique.model.statements import LENGTH, POINT, state
 
 
@@ -99,6 +106,37 @@ class CentralForce(LineLoad):
         >>> planet = replace(mq.textbook.load("free_particle"), forces=(sun,), gravity=(0, 0, 0))
         >>> mq.Reference(planet).energy([2.0, 0.0, 0.0]).potential
         -5.0
+    """
+
+    kind = "load"
+    conservative = True
+    letter = "name"
+
+    potential: Scalar = field(metadata=state("J", stores=True))
+
+
+@final
+@dataclass(frozen=True)
+class PotentialField(FieldLoad):
+    """A potential V(x, y, z, t) of where a body's point is in the world: it pushes with -grad V.
+
+    Where V depends on time, it does work on the mechanism, and the energy is no integral
+    (Goldstein, Classical Mechanics, 3rd ed., sect. 1.4).
+
+    Args:
+        name: its name.
+        body: name of the body.
+        point: shape (3,), in the body's frame [m].
+        potential: V, in parameters, the point's `position()` in world axes and time [J].
+
+    Example:
+        >>> from dataclasses import replace
+        >>> x, y, z = mq.position()
+        >>> trap = mq.PotentialField("trap", "particle", (0, 0, 0), 2.0 * x**2 * y)
+        >>> print(mq.derive(replace(mq.textbook.load("free_particle"), forces=(trap,))))
+        m x'' + 4 x y = 0
+        m y'' + 2 x^2 = 0
+        z'' + g = 0
     """
 
     kind = "load"

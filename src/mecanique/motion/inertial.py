@@ -20,7 +20,7 @@ from mecanique.model.bodies import Body
 from mecanique.model.constraint_base import Strung
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import finite, time
-from mecanique.model.force_base import AnyForce, BodyLoad
+from mecanique.model.force_base import AnyForce, BodyLoad, FieldLoad
 from mecanique.model.forces import Force
 from mecanique.model.joints import Fixed, Revolute
 from mecanique.model.mechanism import Mechanism
@@ -108,6 +108,11 @@ def _free(name: str, taken: set[str]) -> str:
 
 def _turn(force: AnyForce, place: str) -> AnyForce:
     """A force in world axes is one in the ground's axes now."""
+    if isinstance(force, FieldLoad):
+        raise InputError(
+            f"potential field {force.name!r} is a function of places in the world, in which the "
+            "ground now turns; expected a Force with its components"
+        )
     if isinstance(force, BodyLoad) and force.wrench.axes == "world":
         fixed = {"axes": place}
         return replace(force, **fixed)

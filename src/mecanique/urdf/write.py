@@ -33,6 +33,7 @@ from mecanique.model.forces import (
     JointForce,
     JointSpring,
     Potential,
+    PotentialField,
     Spring,
 )
 from mecanique.model.joint_base import Limits, Single
@@ -83,7 +84,8 @@ def write_urdf(
       same force as long as a hinge stays within half a turn of the spring's reference;
     - the armature of a joint becomes the rotor inertia of an actuator with gear ratio 1;
     - a ball loop becomes a `drake:ball_constraint`, a rod a `drake:distance_constraint`;
-    - potentials become `mecanique:potential` and `mecanique:central_force`;
+    - potentials become `mecanique:potential`, `mecanique:central_force` and
+      `mecanique:potential_field`;
     - other loops become `mecanique:loop`, what rolls `mecanique:rolling`, a blade `mecanique:blade`
       and a cord `mecanique:cord`, as `mecanique.urdf.reading.native_tags` describes them; friction,
       stops and contacts that open become `mecanique:friction`, `mecanique:stop` and
@@ -133,7 +135,10 @@ def _has_native_tags(mechanism: Mechanism) -> bool:
     """Return whether a mechanism has anything for which neither URDF nor Drake has a tag."""
     return bool(
         any(isinstance(joint, Helical) for joint in mechanism.joints)
-        or any(isinstance(force, Potential | CentralForce) for force in mechanism.forces)
+        or any(
+            isinstance(force, Potential | CentralForce | PotentialField)
+            for force in mechanism.forces
+        )
         or any(loop.kind not in IN_DRAKE for loop in mechanism.loops)
         or (mechanism.elements or mechanism.rolls or mechanism.switching)
     )
@@ -478,7 +483,7 @@ def forces_and_loops(
                 yield _between(mechanism, force, anchors, constants)
             case JointSpring():
                 yield from _joint_spring(mechanism, force, anchors)
-            case Potential() | CentralForce():
+            case Potential() | CentralForce() | PotentialField():
                 yield from write_native(mechanism, force, anchors)
             case JointDamper() | BodyLoad() | JointForce():
                 pass  # written by `dynamics` and `load_lines`

@@ -9,7 +9,7 @@ from typing import Any, Protocol, final
 
 import numpy as np
 
-from mecanique.derivation.laws import Travel, laws_of
+from mecanique.derivation.laws import Stored, Travel, laws_of
 from mecanique.derivation.mechanics.letters import Letters, LetterValues
 from mecanique.derivation.mechanics.recursion import TreeRecursion
 from mecanique.derivation.mechanics.vectors import (
@@ -22,8 +22,8 @@ from mecanique.derivation.mechanics.vectors import (
     times_point,
 )
 from mecanique.errors import DerivationError
-from mecanique.model.expression import DISTANCE, Scalar
-from mecanique.model.force_base import AnyForce, BodyLoad, JointLoad, LineLoad
+from mecanique.model.expression import DISTANCE, POSITION, Scalar
+from mecanique.model.force_base import AnyForce, BodyLoad, FieldLoad, JointLoad, LineLoad
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.program.sweeps import pull_back
@@ -113,6 +113,21 @@ class Span:
         return total
 
 
+@final
+@dataclass(frozen=True)
+class Place:
+    """A point in the world, which potentials take instead of a line, in scalars of any kind."""
+
+    xyz: Triple
+
+    name = ""
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """Its coordinates, by the names that potentials call them."""
+        return dict(zip(POSITION, self.xyz, strict=True))
+
+
 class Bodies(Protocol):
     """The bodies of a mechanism, as the laws of forces need them, in scalars of any kind."""
 
@@ -123,8 +138,10 @@ class Bodies(Protocol):
     def number(self, scalar: Any, given: Mapping[str, Any] | None = None) -> Any:
         """Convert a scalar of the description; values of more letters may be given."""
 
-    def components(self, given: Sequence[Scalar]) -> Triple:
-        """Convert components of the description."""
+    def components(
+        self, given: Sequence[Scalar], values: Mapping[str, Any] | None = None
+    ) -> Triple:
+        """Convert components of the description; values of more letters may be given."""
 
     def point(self, body: str, place: Sequence[Scalar]) -> Triple:
         """Return a point of a body in the world."""
@@ -139,9 +156,14 @@ class Bodies(Protocol):
         """Return the coordinate of a joint, which a force acts along."""
 
 
-def line_of_action(force: LineLoad | JointLoad, bodies: Bodies) -> Span | Travel:
-    """Return the line that a force acts along, or its joint's coordinate."""
-    return bodies.span(force) if isinstance(force, LineLoad) else bodies.travel(force.joints[0])
+def argument_of(force: LineLoad | JointLoad | FieldLoad, bodies: Bodies) -> Any:
+    """Return the line that a force acts along, its joint's coordinate, or where its point is."""
+    match force:
+        case LineLoad():
+            return bodies.span(force)
+        case FieldLoad():
+            return Place(bodies.point(force.body, force.point))
+    return bodies.travel(force.joints[0])
 
 
 def actions_of(force: AnyForce, bodies: Bodies) -> list[AppliedWrench]:
@@ -173,6 +195,11 @@ def actions_of(force: AnyForce, bodies: Bodies) -> list[AppliedWrench]:
             )
             at, point = bodies.point(wrench.body, wrench.point), bodies.components(wrench.point)
             return [AppliedWrench(force.name, force.kind, wrench.body, at, pull, turn, point)]
+        case FieldLoad():
+            at, point = bodies.point(force.body, force.point), bodies.components(force.point)
+            (law,) = (law for law in laws_of(force, bodies.number) if isinstance(law, Stored))
+            push = scale(-1.0, bodies.components(law.gradient, Place(at).values))
+            return [AppliedWrench(force.name, force.kind, force.body, at, push, NOTHING, point)]
     kind = type(force).__name__
     raise DerivationError(f"no program is known for force {force.name!r}, a {kind}")
 
@@ -257,7 +284,7 @@ class Forces:
         for force in self.mechanism.forces:
             if not force.conservative or isinstance(force, BodyLoad):
                 continue
-            along = line_of_action(force, self)
+            along = argument_of(force, self)
             for law in laws_of(force, self.number):
                 if law.kind == "potential":
                     total = total + law.scalar(along)
@@ -272,9 +299,11 @@ class Forces:
         r = self._recursion.chart.r
         return self._letters.number(scalar, {**r, **given} if given else r)
 
-    def components(self, given: Sequence[Scalar]) -> Triple:
-        """Convert components of the description."""
-        return self._letters.vector([self.number(c) for c in given])
+    def components(
+        self, given: Sequence[Scalar], values: Mapping[str, Any] | None = None
+    ) -> Triple:
+        """Convert components of the description; values of more letters may be given."""
+        return self._letters.vector([self.number(c, values) for c in given])
 
     def point(self, body: str, place: Sequence[Scalar]) -> Triple:
         """Return a point of a body in the world."""

@@ -20,7 +20,7 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.derivation.laws import Law, Travel, laws_of
-from mecanique.derivation.mechanics.forces import Span
+from mecanique.derivation.mechanics.forces import Place, Span
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.paths import JETS, constant_jet, delay, joint_paths, stack_jets
 from mecanique.derivation.scalars.functions import function
@@ -28,7 +28,7 @@ from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tree.links import Link, links, motions, moving, place_of
 from mecanique.derivation.tree.poses import Arithmetic, local, moments, placement_matrix, stack
 from mecanique.model.expression import Scalar, evaluate
-from mecanique.model.force_base import BodyLoad, JointLoad, LineLoad, WrenchOnBody
+from mecanique.model.force_base import BodyLoad, FieldLoad, JointLoad, LineLoad, WrenchOnBody
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
@@ -191,17 +191,15 @@ class LagrangeOnJets(BatchDynamics):
                 spin = vary(r[link.coordinates[0]]).ddt()
                 yield spin * spin * (0.5 * inertia)
 
-    def _laws(
-        self, r: dict[str, Jet], H: list[Jet], states: States
-    ) -> Iterator[tuple[Law, Span | Travel]]:
-        """Yield the laws of springs, dampers and drives, each with the line that it acts along."""
+    def _laws(self, r: dict[str, Jet], H: list[Jet], states: States) -> Iterator[tuple[Law, Any]]:
+        """Yield the laws of forces, each with the line, the coordinate or the place it acts by."""
 
         def number(scalar: Scalar, given: Mapping[str, Any] | None = None, /) -> Any:
             values = {**states.values, **given} if given else states.values
             return evaluate(scalar, values, function=function)
 
         for force in self._mechanism.forces:
-            along: Span | Travel
+            along: Any
             if isinstance(force, LineLoad):
                 a, b = (self._locate(end.body, end.point, H) for end in force.ends)
                 reach = b - a
@@ -209,6 +207,9 @@ class LagrangeOnJets(BatchDynamics):
             elif isinstance(force, JointLoad):
                 name = self._link[force.joints[0]].coordinates[0]
                 along = Travel(r[name], r[name].ddt(), name, r)
+            elif isinstance(force, FieldLoad):
+                at = self._locate(force.body, force.point, H)
+                along = Place([at[..., k, 0] for k in range(3)])
             else:
                 continue
             for law in laws_of(force, number):

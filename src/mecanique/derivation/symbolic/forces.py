@@ -8,7 +8,7 @@ from functools import lru_cache
 from typing import final
 
 from mecanique.derivation.laws import Elastic, Law, Travel, laws_of
-from mecanique.derivation.mechanics.forces import Span, line_of_action
+from mecanique.derivation.mechanics.forces import Span, argument_of
 from mecanique.derivation.scalars.cancel import integrate, tidy
 from mecanique.derivation.scalars.series import GIVEN, Kind, Ring, Series
 from mecanique.derivation.symbolic.derivation import Assumption
@@ -76,7 +76,7 @@ def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
         yield _find_work(kinematics, force.name, force.wrench)
         return
     for law in laws_of(force, algebra.series):
-        along = line_of_action(force, kinematics)
+        along = argument_of(force, kinematics)
         scalar = law.scalar(along)
         forces = _find_forces(algebra, law, along, scalar)
         length = along.length if isinstance(along, Span) else None

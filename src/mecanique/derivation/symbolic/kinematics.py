@@ -180,9 +180,12 @@ class Kinematics:
         x = self.algebra.lift(self.algebra.values[name])
         return Travel(x, tidy(x.ddt()), name)
 
-    def components(self, given: Sequence[Scalar]) -> list[Any]:
-        """Return components of the description as series or plain numbers."""
-        return [self.algebra.arithmetic(c, self.algebra.values) for c in given]
+    def components(
+        self, given: Sequence[Scalar], values: Mapping[str, Any] | None = None
+    ) -> list[Any]:
+        """Return components of the description as series or plain numbers, as `number` does."""
+        known = {**self.algebra.values, **values} if values else self.algebra.values
+        return [self.algebra.arithmetic(c, known) for c in given]
 
     def change(self, vector: Vector, carrier: int) -> Vector:
         """Return the inertial rate of a vector, x' + ω × x, in the axes of its carrier."""

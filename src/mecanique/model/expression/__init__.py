@@ -3,6 +3,7 @@
 from mecanique.model.expression.scalars import (
     DISTANCE,
     FUNCTIONS,
+    POSITION,
     Scalar,
     Vector,
     compile_scalars,
@@ -12,6 +13,7 @@ from mecanique.model.expression.scalars import (
     finite,
     numpy_function,
     plain,
+    position,
     symbols_in,
     time,
     velocity,
@@ -20,6 +22,7 @@ from mecanique.model.expression.scalars import (
 __all__ = [
     "DISTANCE",
     "FUNCTIONS",
+    "POSITION",
     "Scalar",
     "Vector",
     "compile_scalars",
@@ -29,6 +32,7 @@ __all__ = [
     "finite",
     "numpy_function",
     "plain",
+    "position",
     "symbols_in",
     "time",
     "velocity",

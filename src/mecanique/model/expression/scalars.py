@@ -97,6 +97,25 @@ DISTANCE = "distance"
 """Name of the distance between two points in a potential."""
 
 
+def position() -> tuple[Scalar, Scalar, Scalar]:
+    """Return the symbols of a point's coordinates x, y, z in the world, in a `PotentialField`.
+
+    Returns:
+        Three sympy symbols.
+
+    Example:
+        >>> x, y, z = mq.position()
+        >>> 3.0 * (x**2 + y**2) / 2
+        1.5*position_x**2 + 1.5*position_y**2
+    """
+    x, y, z = map(coordinate, POSITION)
+    return x, y, z
+
+
+POSITION = ("position_x", "position_y", "position_z")
+"""Names of the coordinates of a point in the world in a potential."""
+
+
 @final
 class _Time:
     """Return the symbol of time, t, for use in expressions; to be called: time().

@@ -9,8 +9,8 @@ from typing import final
 
 from mecanique.model.bodies.body import Shape
 from mecanique.model.bodies.visuals import measure
-from mecanique.model.expression import DISTANCE, Scalar, symbols_in
-from mecanique.model.forces import CentralForce
+from mecanique.model.expression import DISTANCE, POSITION, Scalar, symbols_in
+from mecanique.model.forces import CentralForce, PotentialField
 from mecanique.model.joint_base import UNITS, Single
 from mecanique.model.mechanism.description import Description
 from mecanique.model.placement import Placement
@@ -61,6 +61,8 @@ def dimensions_of(m: Description) -> Dimensions:
     states: dict[str, Dimension] = {"t": read_unit("s")}
     if any(isinstance(force, CentralForce) for force in m.forces):
         states[DISTANCE] = read_unit("m")
+    if any(isinstance(force, PotentialField) for force in m.forces):
+        states |= dict.fromkeys(POSITION, read_unit("m"))
     for joint in m.joints:
         for name, kind in zip(joint.coordinates, joint.kinds, strict=True):
             states[name] = read_unit(UNITS[kind])

@@ -14,8 +14,16 @@ from mecanique.model.constraints.friction import Contact, Friction
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.constraints.velocity_constraints import is_integrable
-from mecanique.model.expression import DISTANCE, FUNCTIONS, Scalar, evaluate, plain, symbols_in
-from mecanique.model.force_base import AnyForce, JointLoad
+from mecanique.model.expression import (
+    DISTANCE,
+    FUNCTIONS,
+    POSITION,
+    Scalar,
+    evaluate,
+    plain,
+    symbols_in,
+)
+from mecanique.model.force_base import AnyForce, FieldLoad, JointLoad
 from mecanique.model.joint_base import Single
 from mecanique.model.joints import Planar
 from mecanique.model.mechanism.description import Description
@@ -276,12 +284,15 @@ def _potential(
 ) -> Iterator[str]:
     """Yield why a potential is no function of its coordinates, time and parameters."""
     where = f"force {force.name!r}"
-    its, named = {DISTANCE}, "distance()"
+    its, named, what = {DISTANCE}, "distance()", "the distance of its ends"
+    if isinstance(force, FieldLoad):
+        its, named, what = {*POSITION}, "position()", "where its point is"
     if isinstance(force, JointLoad):
         its = {name for j in m.joints if j.name in force.joints for name in j.coordinates}
         named = " and ".join(map(repr, sorted(its))) or "the joint's coordinate"
-    elif DISTANCE in everything:
-        yield f"{where}: {DISTANCE!r} is the distance of its ends; rename what is called so"
+    else:
+        for name in sorted(its & everything):
+            yield f"{where}: {name!r} is {what}; rename what is called so"
     its |= {"t"}
     varying = symbols_in(V) & (everything - constants) - its
     for name in sorted(varying):

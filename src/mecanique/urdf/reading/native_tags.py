@@ -41,6 +41,7 @@
     <mecanique:potential name="well" joint="slide" potential="-q**2 + 2*q**4"/>
     <mecanique:central_force name="sun" link_a="ground" point_a="0 0 0" link_b="planet"
         point_b="0 0 0" potential="-10/distance"/>
+    <mecanique:potential_field name="trap" link="ball" point="0 0 0" potential="3*position_x**2"/>
 
 Each states what its class in `mecanique.model` does, by attributes called after the fields. Other
 programs ignore them: they see open trees, wheels that slip, and joints that mimic one another.
@@ -48,7 +49,8 @@ programs ignore them: they see open trees, wheels that slip, and joints that mim
 A velocity constraint is Σ coefficient × velocity = rate over joints with one coordinate;
 coefficients and rate are expressions in the joints' positions, by the joints' names, and in time t.
 In the potential of a joint, q is the joint's coordinate; in that of a central force, distance is
-the distance of the two points. A loop that mimic joints close already has `redundant="true"`.
+the distance of the two points; in a potential field, position_x, position_y and position_z are the
+point's coordinates in the world. A loop that mimic joints close already has `redundant="true"`.
 """
 
 from __future__ import annotations
@@ -66,8 +68,8 @@ from mecanique.model.constraints.friction import Capstan, Contact, Friction, Sto
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.constraints.velocity_constraints import VelocityConstraint
-from mecanique.model.expression import DISTANCE, FUNCTIONS, Scalar, symbols_in
-from mecanique.model.forces import CentralForce, Potential
+from mecanique.model.expression import DISTANCE, FUNCTIONS, POSITION, Scalar, symbols_in
+from mecanique.model.forces import CentralForce, Potential, PotentialField
 from mecanique.model.joint_base import Single
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
@@ -92,6 +94,7 @@ _JOINT_LETTER = "q"
 _LETTERS: Mapping[type[Any], str] = {
     Potential: f"the letters {_JOINT_LETTER} and t",
     CentralForce: f"the letters {DISTANCE} and t",
+    PotentialField: f"the letters {', '.join(POSITION)} and t",
 }
 """What an expression may be in, by the class that has it."""
 
@@ -261,6 +264,13 @@ _TABLE = (
         CentralForce,
         "forces",
         "link_a point_a link_b point_b potential",
+        called="force",
+    ),
+    NativeTag(
+        "mecanique:potential_field",
+        PotentialField,
+        "forces",
+        "link point potential",
         called="force",
     ),
 )

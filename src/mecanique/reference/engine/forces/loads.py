@@ -18,11 +18,12 @@ from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.model.expression import (
     DISTANCE,
+    POSITION,
     Scalar,
     Vector,
     compile_scalars,
 )
-from mecanique.model.force_base import AnyForce, BodyLoad, JointLoad, LineLoad
+from mecanique.model.force_base import AnyForce, BodyLoad, FieldLoad, JointLoad, LineLoad
 from mecanique.model.forces import (
     CentralForce,
     Damper,
@@ -30,6 +31,7 @@ from mecanique.model.forces import (
     JointForce,
     JointSpring,
     Potential,
+    PotentialField,
     Spring,
 )
 from mecanique.model.joint_base import Single
@@ -51,7 +53,7 @@ class Law:
     potential: Scalar | None = None  # V(x), which adds -dV/dx; None if there is none
 
 
-def law_of(force: LineLoad | JointLoad) -> Law:
+def law_of(force: LineLoad | JointLoad | FieldLoad) -> Law:
     """Return the law of a spring, a damper or a drive."""
     match force:
         case Spring():
@@ -60,7 +62,7 @@ def law_of(force: LineLoad | JointLoad) -> Law:
             return Law(stiffness=force.stiffness, rest=force.reference)
         case Damper() | JointDamper():
             return Law(damping=force.damping)
-        case CentralForce() | Potential():
+        case CentralForce() | Potential() | PotentialField():
             return Law(potential=force.potential)
         case JointForce():
             return Law(drive=force.force)
@@ -182,6 +184,7 @@ class _Load:
     turned: tuple[JointAxes, Array] | None
     force: int | None
     torque: int | None
+    field: _Field | None = None  # a potential of where the site is, which pushes with −∇V
 
 
 @final
@@ -273,6 +276,12 @@ class Loads:
                 site = self._seat(engine, wrench.body, _numbers(mechanism, wrench.point))
                 parts = _note(wrench.force, scalars), _note(wrench.torque, scalars)
                 self._loads.append(_Load(force.name, site, turned, *parts))
+            case FieldLoad():
+                site = self._seat(engine, force.body, _numbers(mechanism, force.point))
+                V = law_of(force).potential
+                assert V is not None, "a field has a potential"
+                well = _Field(mechanism, V, POSITION)
+                self._loads.append(_Load(force.name, site, None, None, None, well))
 
     def update(
         self, values: list[float], q: Array, u: Array, v: Array, t: float
@@ -287,7 +296,7 @@ class Loads:
         if not self.act_on_bodies:
             return []
         actions = [action for line in self._lines for action in _pull(line, t)]
-        actions += [_push(load, numbers) for load in self._loads]
+        actions += [_push(load, numbers, t) for load in self._loads]
         self.external.set(actions)
         return actions
 
@@ -303,7 +312,7 @@ class Loads:
         numbers = self._evaluate(q, v, t)
         actions = {line.name: [*_pull(line, t)] for line in self._lines}
         for load in self._loads:
-            actions[load.name] = [_push(load, numbers)._replace(point=load.site.position())]
+            actions[load.name] = [_push(load, numbers, t)._replace(point=load.site.position())]
         for name, row, size in self._sizes(values, u, t, numbers):
             actions.setdefault(name, []).extend(self._hinges[row].actions(size))
         return [
@@ -348,6 +357,9 @@ class Loads:
             total += 0.5 * term.stiffness * (values[term.at] - term.rest) ** 2
         for well in self._wells:
             total += well.field.energy(*(values[k] for k in well.at), t)
+        for load in self._loads:
+            if load.field is not None:
+                total += load.field.energy(*load.site.position(), t)
         return total
 
     def check(self) -> None:
@@ -421,8 +433,12 @@ def _pull(line: _Line, t: float) -> tuple[SiteAction, SiteAction]:
     return on_a, on_b
 
 
-def _push(load: _Load, numbers: tuple[float, ...]) -> SiteAction:
+def _push(load: _Load, numbers: tuple[float, ...], t: float) -> SiteAction:
     """Return the action of a load on its body."""
+    if load.field is not None:
+        place = load.site.position()
+        x, y, z = load.field.slopes(*place, t)
+        return SiteAction(load.site, (-x, -y, -z), place, _ZERO)
     force, torque = _components(load, load.force, numbers), _components(load, load.torque, numbers)
     point = _ZERO if load.force is None else load.site.position()
     return SiteAction(load.site, force, point, torque)
