@@ -143,6 +143,17 @@ def test_a_term_wider_than_the_page_is_broken_in_its_brackets() -> None:
     assert all(width(row) <= PAGE + 20 for row in rows)
 
 
+def test_a_denominator_wider_than_the_page_follows_a_stroke() -> None:
+    inner = " + ".join(f"m_{{{k}}} l_{{{k}}}^{{2}}" for k in range(20))
+    rows = align([f"-\\frac{{a + b}}{{{inner}}} c \\leq 0"]).split(" \\\\\n")
+    assert rows[0].startswith("& -(a + b) c / \\Bigl(m_{0}")
+    assert rows[-1].endswith("\\Bigr) \\leq 0")
+    assert all(width(row) <= PAGE + 20 for row in rows)
+    (held, *_, last) = align([f"\\left|\\frac{{a}}{{{inner}}}\\right| \\leq d"]).split(" \\\\\n")
+    assert held.startswith("& \\Bigl| a / \\Bigl(")
+    assert last.endswith("\\Bigr)\\Bigr| \\leq d")
+
+
 def test_short_formulas_are_aligned_at_the_sign_of_equality() -> None:
     assert align(["T = 1", "V = 2"]) == "T &= 1 \\\\\nV &= 2"
 

@@ -185,7 +185,7 @@ class Modes(Legible):
                 prose.to_latex(words, names) + _set_formula(formula)
                 for words, formula in mode.write_conditions(Latex())
             )
-            parts.append("; ".join(said))
+            parts.append("; ".join(said).replace("\\end{align*}; ", "\\end{align*}\n"))
         return "\n".join(parts)
 
     @property

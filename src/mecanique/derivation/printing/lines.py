@@ -17,6 +17,7 @@ _ROWS = 24  # largest number of rows in one display
 _END = " \\\\\n"
 _CONTINUED = "& \\qquad "
 _DISPLAY = re.compile(r"\\begin\{align\*\}\n(.*?)\n\\end\{align\*\}", re.DOTALL)
+_BREAKS = {"+", "-", "=", "<", ">", "\\leq", "\\geq"}
 _DEEPEST = 6  # brackets nested deeper are not broken
 
 _TOKEN = re.compile(r"\\[a-zA-Z]+|\\.|\s+|.", re.DOTALL)
@@ -100,7 +101,7 @@ def _rows(formula: str, start: str, page: float) -> Iterator[str]:
     line, taken = start, 0.0
     first = True
     pieces = _split(formula, page - _INDENT, 0)
-    if len(pieces) > 1 and pieces[-1] == "= 0":  # not alone on a line
+    if len(pieces) > 1 and pieces[-1][-2:] == " 0":  # not alone on a line
         pieces[-2:] = [f"{pieces[-2]} {pieces[-1]}"]
     for piece in pieces:
         wide = width(piece)
@@ -112,11 +113,11 @@ def _rows(formula: str, start: str, page: float) -> Iterator[str]:
 
 
 def _split(formula: str, page: float, depth: int) -> list[str]:
-    """Split a formula into parts that begin with a sign; open a term wider than the page."""
+    """Split a formula before its signs and relations; open a term wider than the page."""
     pieces, piece, level = list[str](), "", 0
     for atom in _cut(formula):
         level += _opens(atom)
-        if level == 0 and atom in "+-=" and piece.strip():
+        if level == 0 and atom in _BREAKS and piece.strip():
             pieces.append(piece.strip())
             piece = ""
         piece += atom
@@ -130,13 +131,21 @@ def _open(piece: str, page: float, depth: int) -> list[str]:
     """Split a term: a wide fraction into a factor and its numerator, brackets into terms."""
     if width(piece) <= page:
         return [piece]
-    atoms = list(_cut(piece))
+    atoms, level = list(_cut(piece)), 0
     for k, atom in enumerate(atoms):
-        opened = atom.startswith("\\frac{1}")  # only its denominator is wide
-        if atom.startswith("\\frac") and not opened and width(atom) > page / 2:
-            above, below = _read_arguments(atom)
-            if len(_split(above, page, _DEEPEST + 1)) > 1:
-                above = f"({above})"
+        level += _opens(atom)
+        if not atom.startswith("\\frac"):
+            continue
+        above, below = _read_arguments(atom)
+        if len(_split(above, page, _DEEPEST + 1)) > 1:
+            above = f"({above})"
+        if (
+            width(below) > page and level == 0
+        ):  # a fraction cannot be broken, but what follows a stroke can
+            atoms[k] = "" if above == "1" and len(atoms) > k + 1 else above
+            over, under = "".join(atoms), f"/ ({below})"
+            return [*_open(over, page, depth + 1), *_open(under, page, depth + 1)]
+        if above != "1" and width(atom) > page / 2:
             atoms[k] = f"\\frac{{1}}{{{below}}} {above}"
             return _open("".join(atoms), page, depth + 1)
     spans = sorted(_find_brackets(atoms), key=lambda span: span[0] - span[1])
