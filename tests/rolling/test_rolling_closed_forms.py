@@ -119,7 +119,7 @@ def test_a_coin_by_kanes_method_of_sympy() -> None:
 
 
 def test_a_ball_on_a_turntable_goes_round_at_two_sevenths() -> None:
-    """Milne, Vectorial Mechanics, 1948, sect. 285: v' = (2/7) W z × v for a homogeneous ball."""
+    """Milne, Vectorial Mechanics, 1948: v' = (2/7) W z × v for a homogeneous ball."""
     mechanism = turntable()
     reference = Reference(mechanism)
     states = random_states(mechanism, 10, 4)

@@ -29,7 +29,7 @@ mechanism = mq.Mechanism(
 
 SYSTEM = System(
     title="Particle that leaves a sphere",
-    source="Goldstein, Classical Mechanics, 3rd ed., ch. 2, exercise 22",
+    source="Goldstein, Classical Mechanics, 3rd ed., ch. 2, exercises",
     build=mechanism,
     start={"th": 0.1, "r": 1.0},
     duration=1.2,

@@ -98,7 +98,7 @@ def _kinetic_energy(s: facts.Values) -> float:
 
 SYSTEM = System(
     title="Slider-crank with clearance in its guide",
-    source="Flores, Leine & Glocker, Multibody Syst. Dyn. 23 (2010) 165, sect. 5",
+    source="Flores, Leine & Glocker, Multibody Syst. Dyn. 23 (2010) 165",
     build=mechanism,
     start_velocity={"p": 150.0, "q": -225.0, "s": 75.0},
     duration=0.05,

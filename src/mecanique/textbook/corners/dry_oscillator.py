@@ -29,7 +29,7 @@ mechanism = mq.Mechanism(
 
 SYSTEM = System(
     title="Mass on a spring with dry friction",
-    source="Den Hartog, Mechanical Vibrations, sect. 8.3; Rao, Mechanical Vibrations, sect. 2.7",
+    source="Den Hartog, Mechanical Vibrations, ch. 8; Rao, Mechanical Vibrations, ch. 2",
     build=mechanism,
     start={"x": 0.1},
     duration=3.0,

@@ -30,7 +30,7 @@ mechanism = mq.Mechanism(
 
 SYSTEM = System(
     title="Ladder that slides down a smooth wall",
-    source="Routh, Dynamics of a System of Rigid Bodies, Part I, art. 144",
+    source="Routh, Dynamics of a System of Rigid Bodies, Part I",
     build=mechanism,
     start={"x": 0.0, "z": 2.0 * cos(0.3), "th": 0.3},
     duration=1.1,

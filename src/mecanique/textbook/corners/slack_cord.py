@@ -31,7 +31,7 @@ mechanism = mq.Mechanism(
 
 SYSTEM = System(
     title="Particle on a cord that goes slack",
-    source="Meriam & Kraige, Dynamics, sect. 3/5; Lamb, Dynamics, art. 38",
+    source="Meriam & Kraige, Dynamics, sect. 3/5; Lamb, Dynamics",
     build=mechanism,
     start={"th": 0.0, "r": 1.0},
     start_velocity={"th": sqrt(4 * 9.81)},

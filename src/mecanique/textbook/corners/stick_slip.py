@@ -31,8 +31,7 @@ mechanism = mq.Mechanism(
 
 SYSTEM = System(
     title="Mass on a moving belt, held by a spring",
-    source="Den Hartog, Mechanical Vibrations, sect. 7.6; Popp & Stelter, Phil. Trans. A 332 "
-    "(1990) 89",
+    source="Den Hartog, Mechanical Vibrations, ch. 7; Popp & Stelter, Phil. Trans. A 332 (1990) 89",
     build=mechanism,
     start_velocity={"x": 0.1},
     tags=("planar", "spring", "friction", "corners"),

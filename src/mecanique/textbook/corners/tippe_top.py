@@ -60,8 +60,8 @@ TILT = 0.1
 
 SYSTEM = System(
     title="Tippe top that glides until it rolls",
-    source="Jellett, A Treatise on the Theory of Friction, 1872, ch. 8; Ciocci, Malengier, "
-    "Langerock & Grimonprez, J. Appl. Mech. 79 (2012) 041002",
+    source="Jellett, A Treatise on the Theory of Friction, 1872; Ciocci, Malengier, "
+    "Langerock & Grimonprez, J. Appl. Math. 2012, 268537",
     build=mechanism,
     start={"top_z": 0.02, "top_qy": sin(TILT / 2), "top_qw": cos(TILT / 2)},
     start_velocity={"top_wz": 155.0},

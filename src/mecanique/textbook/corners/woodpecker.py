@@ -94,8 +94,8 @@ def _mass_matrix(s: facts.Values) -> list[list[float]]:
 
 SYSTEM = System(
     title="Woodpecker toy, which pecks its way down a pole",
-    source="Glocker & Studer, Multibody Syst. Dyn. 13 (2005) 447, sect. 6; Pfeiffer & Glocker, "
-    "Multibody Dynamics with Unilateral Contacts, 1996, ch. 12",
+    source="Glocker & Studer, Multibody Syst. Dyn. 13 (2005) 447; Pfeiffer & Glocker, "
+    "Multibody Dynamics with Unilateral Contacts, 1996",
     build=mechanism,
     start={"a": -0.1, "s": -0.15},
     start_velocity={"s": -7.4583, "y": -0.3411},

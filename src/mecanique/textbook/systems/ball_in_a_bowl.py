@@ -105,14 +105,15 @@ def start(s: facts.Values) -> dict[str, float]:
 
 SYSTEM = System(
     title="Ball that rolls in a spherical bowl",
-    source="E. J. Routh, Advanced Rigid Dynamics, 1905, art. 222; Neimark & Fufaev, Dynamics of "
-    "Nonholonomic Systems, 1972, ch. III",
+    source="E. J. Routh, Advanced Dynamics of a System of Rigid Bodies, 1905, on rolling spheres; "
+    "Neimark & Fufaev, Dynamics of Nonholonomic Systems, 1972",
     build=mechanism,
     start={"x": 0.3, "z": 0.2},
     start_velocity={"y": 0.6, "roll_wz": 12.0},
     duration=8.0,
     tags=("spatial", "rolling", "nonholonomic", "contact", "quaternion"),
     facts=(
+        # equations in a bowl are computed, not written out: in numbers, this is the book's
         facts.Acceleration("7 w'/5 = (n·w) n' + n x g/r, v = r w x n", accelerations),
         facts.KineticEnergy("T = m v^2/2 + m r^2 w^2/5", kinetic),
         facts.Conserved("the energy, n·w, and 7 w_z - 5 (n·w) n_z", integrals),

@@ -100,8 +100,8 @@ def circle(s: facts.Values) -> dict[str, float]:
 
 SYSTEM = System(
     title="Ball that rolls on a turntable",
-    source="E. A. Milne, Vectorial Mechanics, 1948, sect. 285; Neimark & Fufaev, Dynamics of "
-    "Nonholonomic Systems, 1972, ch. III",
+    source="E. A. Milne, Vectorial Mechanics, 1948; Neimark & Fufaev, Dynamics of "
+    "Nonholonomic Systems, 1972",
     build=mechanism,
     start={"x": 0.6, "z": 0.12},
     start_velocity={"y": 0.4},
@@ -121,7 +121,7 @@ SYSTEM = System(
         facts.Solution("circles at 2 W/7", start, circle, until=lambda s: 2.0),
     ),
     forms={
-        "x'' = -2 W y'/7": "Neimark & Fufaev, Dynamics of Nonholonomic Systems, 1972, ch. III",
-        "y'' = 2 W x'/7": "Neimark & Fufaev, Dynamics of Nonholonomic Systems, 1972, ch. III",
+        "x'' = -2 W y'/7": "Neimark & Fufaev, Dynamics of Nonholonomic Systems, 1972",
+        "y'' = 2 W x'/7": "Neimark & Fufaev, Dynamics of Nonholonomic Systems, 1972",
     },
 )

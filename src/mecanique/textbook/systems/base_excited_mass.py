@@ -62,8 +62,7 @@ def roots(s: facts.Values) -> list[facts.Number]:
 
 SYSTEM = System(
     title="Mass, spring and damper on a base that is shaken",
-    source="Den Hartog, Mechanical Vibrations, sect. 2.9; Chopra, Dynamics of Structures, "
-    "sect. 3.5",
+    source="Den Hartog, Mechanical Vibrations, sect. 2.9; Chopra, Dynamics of Structures, ch. 3",
     build=mechanism,
     duration=15.0,
     tags=("planar", "spring", "damper", "linear", "prescribed motion"),

@@ -70,8 +70,7 @@ def period(s: facts.Values) -> facts.Number:
 
 SYSTEM = System(
     title="Crank, coupler and rocker",
-    source="F. Freudenstein, Trans. ASME 77 (1955) 853; Erdman & Sandor, Mechanism Design, "
-    "sect. 8.3",
+    source="F. Freudenstein, Trans. ASME 77 (1955) 853; Erdman & Sandor, Mechanism Design",
     build=mechanism,
     start={"phi": 1.1, "theta": -0.76, "psi": 1.25},
     tags=("linkage", "planar", "loop"),

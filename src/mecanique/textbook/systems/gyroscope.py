@@ -92,8 +92,7 @@ def nutation(s: facts.Values) -> facts.Number:
 
 SYSTEM = System(
     title="Spinning disk in two gimbals, with a small weight",
-    source="Arnold, Mathematical Methods of Classical Mechanics, sect. 30; Magnus, Kreisel, 1971, "
-    "ch. 5",
+    source="Arnold, Mathematical Methods of Classical Mechanics, sect. 30; Magnus, Kreisel, 1971",
     build=mechanism,
     start={"theta": 1.2},
     start_velocity={"psi": 60.0},

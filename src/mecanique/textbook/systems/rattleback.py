@@ -117,6 +117,7 @@ SYSTEM = System(
     duration=4.0,
     tags=("spatial", "rolling", "nonholonomic", "contact"),
     facts=(
+        # equations of an ellipsoid are computed, not written out; the source has Kane's
         facts.Acceleration(
             "I w' + m s x (w' x s) = m s x (a + g z) - w x I w about the point that touches, s "
             "from the center of mass to it",

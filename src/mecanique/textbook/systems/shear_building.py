@@ -94,7 +94,7 @@ def roots(s: facts.Values) -> list[complex]:
 SYSTEM = System(
     title="Building of n rigid floors on elastic columns, shaken",
     source="Chopra, Dynamics of Structures, sect. 9.1 and 13.2; Clough & Penzien, "
-    "Dynamics of Structures, ch. 11",
+    "Dynamics of Structures, part II",
     options={"n": 5},
     build=build,
     tags=("structure", "planar", "spring", "damper", "linear", "chain", "modes"),

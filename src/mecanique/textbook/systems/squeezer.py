@@ -86,40 +86,29 @@ mechanism = mq.Mechanism(
 
 def kinetic(s: facts.Values) -> facts.Number:
     """Return T of the seven bodies, from the published positions of their centers."""
-    angle = {
-        name: s[name] for name in ("beta", "theta", "gamma", "phi", "delta", "omega", "epsilon")
-    }
-    rate = {name: s[f"{name}'"] for name in angle}
 
-    def turn(
-        x: float, y: float, a: facts.Number, w: facts.Number
-    ) -> tuple[facts.Number, facts.Number]:
-        # velocity of the end of an arm that turns
-        return -w * (x * sin(a) + y * cos(a)), w * (x * cos(a) - y * sin(a))
+    def velocity(
+        arm: tuple[float, float], *angles: str
+    ) -> tuple[facts.Number, facts.Number, facts.Number]:
+        # of the end of an arm that turns by the sum of these angles, and its rate of turning
+        (x, y), a, w = arm, sum(s[name] for name in angles), sum(s[f"{name}'"] for name in angles)
+        return -w * (x * sin(a) + y * cos(a)), w * (x * cos(a) - y * sin(a)), w
 
-    second, second_rate = angle["beta"] + angle["theta"], rate["beta"] + rate["theta"]
-    fourth, fourth_rate = angle["phi"] + angle["delta"], rate["phi"] + rate["delta"]
-    sixth, sixth_rate = angle["omega"] + angle["epsilon"], rate["omega"] + rate["epsilon"]
-    crank = turn(RR, 0, angle["beta"], rate["beta"])
-    fifth = turn(ZT, 0, angle["delta"], rate["delta"])
-    seventh = turn(0, -U, angle["epsilon"], rate["epsilon"])
     still = (0.0, 0.0)
-    bodies = (
-        (still, (RA, 0.0), angle["beta"], rate["beta"]),
-        (crank, (-DA, 0.0), second, second_rate),
-        (still, (SB, -SA), angle["gamma"], rate["gamma"]),
-        (fifth, (0.0, EA - E), fourth, fourth_rate),
-        (still, (TA, TB), angle["delta"], rate["delta"]),
-        (seventh, (ZF - FA, 0.0), sixth, sixth_rate),
-        (still, (-UB, -UA), angle["epsilon"], rate["epsilon"]),
+    # each body with the pin that carries it, and its center as seen from there
+    chains = (
+        (velocity(still, "beta"), velocity((RA, 0.0), "beta")),
+        (velocity((RR, 0.0), "beta"), velocity((-DA, 0.0), "beta", "theta")),
+        (velocity(still, "gamma"), velocity((SB, -SA), "gamma")),
+        (velocity((ZT, 0.0), "delta"), velocity((0.0, EA - E), "phi", "delta")),
+        (velocity(still, "delta"), velocity((TA, TB), "delta")),
+        (velocity((0.0, -U), "epsilon"), velocity((ZF - FA, 0.0), "omega", "epsilon")),
+        (velocity(still, "epsilon"), velocity((-UB, -UA), "epsilon")),
     )
-    total = 0.0
-    for mass, inertia, (carried, (x, y), a, w) in zip(MASSES, INERTIAS, bodies, strict=True):
-        vx, vy = turn(x, y, a, w)
-        total = (
-            total + (mass * ((carried[0] + vx) ** 2 + (carried[1] + vy) ** 2) + inertia * w**2) / 2
-        )
-    return total
+    return sum(
+        (mass * ((px + vx) ** 2 + (py + vy) ** 2) + inertia * w**2) / 2
+        for mass, inertia, ((px, py, _), (vx, vy, w)) in zip(MASSES, INERTIAS, chains, strict=True)
+    )
 
 
 def energy(s: facts.Values) -> facts.Number:
@@ -149,4 +138,13 @@ SYSTEM = System(
         facts.KineticEnergy("T of seven bodies at the published positions", kinetic),
         facts.Conserved("T + c0 (length - l0)² / 2 - mom beta", energy),
     ),
+    forms={
+        "0.03635 + 0.007 cos(beta) - 0.035 sin(gamma) - 0.028 cos(beta + theta) = 0": (
+            "problem andrews, the first loop: rr cos β - d cos(β + θ) - ss sin γ - xb = 0"
+        ),
+        (
+            "0.06934 + 0.007 cos(beta) - 0.04 cos(delta) - 0.028 cos(beta + theta) - "
+            "0.02 sin(delta + phi) = 0"
+        ): "the same, the second loop: rr cos β - d cos(β + θ) - e sin(φ + δ) - zt cos δ - xa = 0",
+    },
 )

@@ -45,7 +45,7 @@ mechanism = mq.Mechanism(
 
 
 def mass_matrix(s: facts.Values) -> list[list[facts.Number]]:
-    """Return M (Spong, Hutchinson & Vidyasagar, eq. 6.90; Tedrake, eq. 3.4; for rods)."""
+    """Return M (Spong, Hutchinson & Vidyasagar, two-link planar arm; for rods)."""
     outer, cross = s.m2 * s.l2**2 / 3, s.m2 * s.l1 * s.l2 / 2 * cos(s.q2)
     return [
         [(s.m1 / 3 + s.m2) * s.l1**2 + outer + 2 * cross, outer + cross],
@@ -73,8 +73,7 @@ def energy(s: facts.Values) -> facts.Number:
 
 SYSTEM = System(
     title="Planar robot arm of two links in a vertical plane",
-    source="Spong, Hutchinson & Vidyasagar, Robot Modeling and Control, sect. 6.4; Craig, "
-    "Robotics, sect. 6.7",
+    source="Spong, Hutchinson & Vidyasagar, Robot Modeling and Control; Craig, Robotics, sect. 6.7",
     build=mechanism,
     start={"q1": 0.5, "q2": 0.5},
     duration=8.0,
@@ -98,6 +97,6 @@ SYSTEM = System(
         (
             "(m2 l2^2/3 + m2 l1 l2 cos(q2)/2) q1'' + m2 l2^2 q2''/3 + m2 l1 l2 sin(q2) q1'^2/2 + "
             "b q2' + m2 g l2 cos(q1 + q2)/2 = tau2"
-        ): "Spong, Hutchinson & Vidyasagar, sect. 6.4, with uniform links and friction",
+        ): "Spong, Hutchinson & Vidyasagar, with uniform links and friction",
     },
 )

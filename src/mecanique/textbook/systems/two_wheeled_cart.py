@@ -124,7 +124,7 @@ def swinging(s: facts.Values) -> list[complex]:
 
 SYSTEM = System(
     title="Cart on two wheels with a load that swings",
-    source="Neimark & Fufaev, Dynamics of Nonholonomic Systems, 1972, ch. III; equations of what "
+    source="Neimark & Fufaev, Dynamics of Nonholonomic Systems, 1972; equations of what "
     "balances on two wheels",
     build=mechanism,
     start={"z": 0.3, "pitch": 0.8},
