@@ -11,7 +11,7 @@ import pytest
 
 from mecanique import textbook
 from mecanique.figure.freebody import acting, cut_free
-from mecanique.figure.paper.lettering import frame, measure_lines_under, overlap
+from mecanique.figure.paper.lettering import frame, lines_of, measure_crossings, overlap
 from mecanique.figure.paper.marks import Mark, Stroke, Words
 from mecanique.figure.setting import Setting, posture, setting
 from mecanique.reference import Reference
@@ -48,7 +48,9 @@ def test_no_label_lies_over_another_or_over_a_line(name: str, numbers: bool) -> 
             continue
         marks = cut_free(where, body.name, numbers=numbers, resultants=numbers)
         assert worst_overlap(marks) == 0, (body.name, texts(marks))
-        under = measure_lines_under(marks)
+        boxes = np.array([frame(mark) for mark in marks if isinstance(mark, Words)]).reshape(-1, 4)
+        lines, _ = lines_of(marks)
+        under = measure_crossings(boxes, lines, np.ones(len(lines)))
         assert under.max(initial=0.0) < 3.0, (body.name, texts(marks)[int(np.argmax(under))])
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
@@ -15,9 +15,17 @@ from mecanique.derivation.printing.equations import equations, expression
 from mecanique.derivation.printing.lines import INLINE, PAGE, align, display, number_rows, width
 from mecanique.derivation.printing.prose import escape as tex
 from mecanique.derivation.printing.prose import find_points, spell_greek, to_html, to_latex
-from mecanique.derivation.printing.writers import Equation, Latex, MathML, Text, Writer, to_math
+from mecanique.derivation.printing.writers import (
+    Equation,
+    Latex,
+    MathML,
+    Printed,
+    Text,
+    Writer,
+    to_math,
+)
 from mecanique.derivation.scalars.cancel import without_common_divisor
-from mecanique.derivation.symbolic.derivation import REACTIONS, Derivation, Result
+from mecanique.derivation.symbolic.derivation import REACTIONS, Assumption, Derivation, Result
 from mecanique.derivation.symbolic.solution import result_of
 from mecanique.wording import to_title
 
@@ -25,7 +33,8 @@ _COLUMNS = '<dl style="display: grid; grid-template-columns: fit-content(40%) 1f
 _CELL = ' style="width: auto"'
 """Jupyter gives terms and their meanings a fifth and four fifths of the width they are in."""
 _DIVIDED = "Each line is divided by the numbers and parameters {}all its terms share."
-_LINEAR = " The last line is the same in matrices: the equations are linear."
+_LINEAR = "The last line is the same in matrices: the equations are linear."
+_EQUATIONS = "Equations of motion"
 _STILL = "Nothing can move: there is no coordinate, and so no equation of motion."
 _NONE_LEFT = "No equation of motion is left to solve."
 _TAKEN = "Taken for granted: {} is"
@@ -53,6 +62,18 @@ class Section:
     title: str
     explanation: str  # its purpose, in plain text
     formulas: tuple[str, ...]  # its results, as MathML elements
+
+
+@final
+@dataclass(frozen=True)
+class _Part:
+    """A step, the equations of motion or their result, in any format."""
+
+    title: str
+    sentence: str
+    lines: Sequence[Equation | Result]
+    matrices: Linear | None = None
+    assumptions: Sequence[Assumption] = ()
 
 
 @final
@@ -104,39 +125,32 @@ class Document:
 
     def text(self, steps: bool, symbols: bool = False) -> str:
         """Return the derivation as text."""
-        lines = [equation.text() for equation in self.equations] or [self._nothing]
+        writer = Text()
         if not steps:
+            lines = [equation.text() for equation in self.equations] or [self._nothing]
             if not symbols:
                 return "\n".join(lines)
             said, solved = self._eliminated
             lines += ["", *textwrap.wrap(said, _WIDTH), ""] if solved else []
-            lines += [line.write(Text()) for line in solved]
-            return "\n".join([*self._introduce(Text(), steps=False), "", *lines])
-        writer = Text()
+            lines += [line.text() for line in solved]
+            return "\n".join([*self._introduce(writer, steps=False), "", *lines])
         out = [self._heading, "", *self._introduce(writer, steps=True)]
-        stages = self.derivation.stages
-        for number, stage in enumerate(stages, 1):
-            out += ["", f"{number}. {stage.title}", *_wrap(stage.explanation)]
-            out += [f"     {result.write(writer)}" for result in stage.results]
-        out += ["", f"{len(stages) + 1}. Equations of motion", *_wrap(self._closing)]
-        out += [f"     {line}" for line in lines]
-        if self._matrices is not None:
-            out += ["", "   They are linear:"]
-            out += [f"     {line}" for line in self._matrices.text().splitlines()]
-        for sentence in self._state_assumptions(writer):
-            out += ["", *_wrap(sentence)]
-        said, solved = self.result
-        if solved:
-            out += ["", f"{len(stages) + 2}. Result", *_wrap(said)]
-            out += [f"     {line.write(writer)}" for line in solved]
+        for number, part in enumerate(self._outline(steps=True), 1):
+            out += ["", f"{number}. {part.title}", *_wrap(part.sentence)]
+            out += [f"     {line.write(writer)}" for line in part.lines]
+            if part.matrices is not None:
+                out += ["", "   They are linear:"]
+                out += [f"     {line}" for line in part.matrices.text().splitlines()]
+            for assumption in part.assumptions:
+                out += ["", *_wrap(_assume(assumption, writer))]
         return "\n".join(out)
 
     def latex(self, steps: bool, symbols: bool = False) -> str:
         """Return the derivation in LaTeX; with steps or symbols, as a fragment of a document."""
-        rows = [equation.latex() for equation in self.equations]
         if not (steps or symbols):
-            if not rows:
+            if not self.equations:
                 return f"\\text{{{self._nothing}}}"
+            rows = [equation.latex() for equation in self.equations]
             return f"\\begin{{aligned}}\n{align(rows)}\n\\end{{aligned}}"
         writer = Latex()
         out = [_FRAGMENT, f"\\section*{{{self._convert(self._heading)}}}"]
@@ -156,74 +170,67 @@ class Document:
                 out.append(display([equality], PAGE - _HANGING))
         out += ["\\end{description}"] if listed else []
         out += [self._convert(sentence) + "\n" for sentence in self._warn(steps)]
-        for stage in self.derivation.stages if steps else ():
-            out += [
-                f"\\subsection*{{{self._convert(stage.title)}}}",
-                self._convert(stage.explanation),
-            ]
-            if stage.results:
-                out.append(display([result.write(writer) for result in stage.results]))
-        closing = self._convert(self._closing if steps else _DIVIDED.format("that "))
-        out += ["\\subsection*{Equations of motion}", closing if rows else self._nothing]
-        if rows:
-            out.append(display(rows))
-        if steps and self._matrices is not None:
-            out += ["They are linear:", display(self._matrices.lines())]
-        for assumption in self.derivation.assumptions if steps else ():
-            positive = expression(assumption.positive).latex()
-            said = self._convert(_TAKEN.format(assumption.subject))
-            out.append(f"{said} ${positive}$, {_POSITIVE}\n")
-        said, solved = self.result if steps else self._eliminated
-        if solved:
-            lines = [line.write(writer) for line in solved]
-            out += ["\\subsection*{Result}", self._convert(said), display(lines)]
+        for part in self._outline(steps):
+            out += [f"\\subsection*{{{self._convert(part.title)}}}", self._convert(part.sentence)]
+            out += [display([line.write(writer) for line in part.lines])] if part.lines else []
+            if part.matrices is not None:
+                out += ["They are linear:", display(part.matrices.lines())]
+            for assumption in part.assumptions:
+                positive = expression(assumption.positive).latex()
+                said = self._convert(_TAKEN.format(assumption.subject))
+                out.append(f"{said} ${positive}$, {_POSITIVE}\n")
         return "\n".join(out)
 
     def mathml(self, steps: bool, symbols: bool = False) -> str:
         """Return the derivation in MathML; with steps or symbols, as a fragment of an HTML page."""
-        lines = [equation.mathml() for equation in self.equations] or [f"<p>{self._nothing}</p>"]
         if not (steps or symbols):
-            return "\n".join(lines)
-        out = [*self._open_html(self.meanings(steps), steps)]
-        out += [] if steps else lines
-        for section in self.sections()[1:] if steps else self._conclude(*self._eliminated):
-            out += [
-                f"<h4>{self._set(section.title)}</h4>",
-                f"<p>{self._set(section.explanation)}</p>",
-            ]
-            out += section.formulas
-        return "\n".join(out)
+            lines = [equation.mathml() for equation in self.equations]
+            return "\n".join(lines or [f"<p>{self._nothing}</p>"])
+        opening = self._open_html(self.meanings(steps), steps)
+        return "\n".join([*opening, *self._write_html(steps, _in_math)])
 
     def html(self, steps: bool = False) -> str:
         """Return the derivation for a notebook: its formulas wrap without a script."""
         # Reactions stand below the equations that were found from them
         reactions = [stage for stage in self.derivation.stages if stage.title == REACTIONS]
         letters = {name for name in self.derivation.reactions if reactions}
-        listed = [
-            meaning
-            for meaning in meanings(self.derivation)
-            if steps or letters.intersection(meaning.names)
-        ]
+        listed = [*meanings(self.derivation)]
         if not steps:
-            listed = [*meanings(self.derivation, steps=False), *listed]
-        out = [*self._open_html(listed, steps, _COLUMNS)]
-        if steps:
-            out += [stage._repr_html_() for stage in self.derivation.stages]
-            out += ["<h4>Equations of motion</h4>", f"<p>{self._set(self._closing)}</p>"]
-        out += [line._repr_html_() for line in self.equations] or [f"<p>{self._nothing}</p>"]
-        if not steps:
-            out += [stage._repr_html_() for stage in reactions]
-            return "\n".join([*out, *self._write_result(*self._eliminated)])
-        if self._matrices is not None:
-            out += ["<p>They are linear:</p>", self._matrices.mathml()]
-        out += [f"<p>{self._set(sentence)}</p>" for sentence in self._state_assumptions(Text())]
-        return "\n".join([*out, *self._write_result(*self.result)])
+            named = (meaning for meaning in listed if letters.intersection(meaning.names))
+            listed = [*meanings(self.derivation, steps=False), *named]
+        below = () if steps else tuple(stage._repr_html_() for stage in reactions)
+        lines = self._write_html(steps, Printed._repr_html_, below)
+        return "\n".join([*self._open_html(listed, steps, _COLUMNS), *lines])
 
-    def _write_result(self, said: str, lines: Sequence[Equation | Result]) -> Iterator[str]:
-        """Yield the last section as lines of HTML, none if there is nothing to say."""
-        if lines:
-            yield from ("<h4>Result</h4>", f"<p>{self._set(said)}</p>")
-            yield from (line._repr_html_() for line in lines)
+    def _outline(self, steps: bool) -> Iterator[_Part]:
+        """Yield the steps, if asked for, the equations of motion, and what they come to."""
+        rows, derivation = self.equations, self.derivation
+        if steps:
+            for stage in derivation.stages:
+                yield _Part(stage.title, stage.explanation, stage.results)
+        closing = self._closing if steps else _DIVIDED.format("that ")
+        matrices, taken = (self._matrices, derivation.assumptions) if steps else (None, ())
+        yield _Part(_EQUATIONS, closing if rows else self._nothing, rows, matrices, taken)
+        said, solved = self.result if steps else self._eliminated
+        if solved:
+            yield _Part("Result", said, solved)
+
+    def _write_html(
+        self, steps: bool, write: Callable[[Equation | Result], str], below: Sequence[str] = ()
+    ) -> Iterator[str]:
+        """Yield a derivation as lines of HTML, with what comes below the equations of motion."""
+        for part in self._outline(steps):
+            if steps or part.title != _EQUATIONS:
+                yield f"<h4>{self._set(part.title)}</h4>"
+            if steps or part.title != _EQUATIONS or not part.lines:
+                yield f"<p>{self._set(part.sentence)}</p>"
+            yield from map(write, part.lines)
+            if part.matrices is not None:
+                yield from ("<p>They are linear:</p>", part.matrices.mathml())
+            for assumption in part.assumptions:
+                yield f"<p>{self._set(_assume(assumption, Text()))}</p>"
+            if part.title == _EQUATIONS:
+                yield from below
 
     def _open_html(
         self, listed: Sequence[Meaning], steps: bool, symbols: str = "<dl>"
@@ -258,35 +265,17 @@ class Document:
         )
 
     def sections(self) -> tuple[Section, ...]:
-        """Return symbols, steps, the equations of motion and what they come to, in MathML."""
-        writer = MathML()
-        rows, cell = "", '<mtd style="text-align: left">'
-        for letters, sentence, equality in _write_meanings(meanings(self.derivation), writer):
-            symbol = f"<mrow>{'<mtext>, </mtext>'.join(letters)}</mrow>"
-            said = f"<mtext>{escape(sentence)}</mtext>"
-            if equality:
-                said = f"<mrow>{said}<mtext>, </mtext>{equality}</mrow>"
-            rows += f"<mtr>{cell}{symbol}</mtd>{cell}{said}</mtd></mtr>"
-        out = [Section("Symbols", self.introduction, (to_math(f"<mtable>{rows}</mtable>"),))]
-        for stage in self.derivation.stages:
-            lines = [to_math(result.write(writer)) for result in stage.results]
-            title, said = map(self._spell, (stage.title, stage.explanation))
-            out.append(Section(title, said, tuple(lines)))
-        formulas = tuple(equation.mathml() for equation in self.equations)
-        closing = " ".join([self._closing, *self._state_assumptions(Text())])
-        if not formulas:
-            closing = self._nothing
-        elif self._matrices is not None:
-            formulas += (self._matrices.mathml(),)
-            closing += _LINEAR
-        out.append(Section("Equations of motion", closing, formulas))
-        return (*out, *self._conclude(*self.result))
-
-    def _conclude(self, said: str, solved: Sequence[Equation | Result]) -> Iterator[Section]:
-        """Yield the last section, none if there is nothing to say."""
-        if solved:
-            lines = [to_math(line.write(MathML())) for line in solved]
-            yield Section("Result", self._spell(said), tuple(lines))
+        """Return the steps, the equations of motion and what they come to, in MathML."""
+        out = []
+        for part in self._outline(steps=True):
+            lines = [_in_math(line) for line in part.lines]
+            sentences = [part.sentence, *(_assume(taken, Text()) for taken in part.assumptions)]
+            if part.matrices is not None:
+                lines.append(part.matrices.mathml())
+                sentences.append(_LINEAR)
+            said = " ".join(sentences)
+            out.append(Section(self._spell(part.title), self._spell(said), tuple(lines)))
+        return tuple(out)
 
     @property
     def _about(self) -> list[str]:
@@ -359,10 +348,15 @@ class Document:
             return f"{self.derivation.closing} {_DIVIDED.format('')}"
         return _DIVIDED.format("that ")
 
-    def _state_assumptions(self, writer: Writer) -> Iterator[str]:
-        for assumption in self.derivation.assumptions:
-            positive = expression(assumption.positive).write(writer)
-            yield f"{_TAKEN.format(assumption.subject)} {positive}, {_POSITIVE}"
+
+def _assume(assumption: Assumption, writer: Writer) -> str:
+    positive = expression(assumption.positive).write(writer)
+    return f"{_TAKEN.format(assumption.subject)} {positive}, {_POSITIVE}"
+
+
+def _in_math(line: Equation | Result) -> str:
+    """Return a line as an element of MathML; an equation of motion has its text, too."""
+    return line.mathml() if isinstance(line, Equation) else to_math(line.write(MathML()))
 
 
 def to_page(parts: Sequence[str], name: str = "") -> str:

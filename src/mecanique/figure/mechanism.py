@@ -11,6 +11,7 @@ from typing import final
 
 import numpy as np
 
+from mecanique.derivation.printing.prose import spell_greek
 from mecanique.figure.coordinates import coordinates, lengths, masses, missing, slopes
 from mecanique.figure.paper.lettering import clear_letters
 from mecanique.figure.paper.marks import (
@@ -47,21 +48,19 @@ from mecanique.figure.solids import (
 from mecanique.model.constraint_base import PressingContact, Strung, list_cord_runs
 from mecanique.model.constraints.friction import Contact, Friction, Stop
 from mecanique.model.constraints.loops import Loop
-from mecanique.model.expression import DISTANCE, Scalar, coordinate, evaluate, plain, symbols_in
+from mecanique.model.expression import Scalar, plain, symbols_in
 from mecanique.model.force_base import (
     BodyLoad,
     End,
-    FieldLoad,
     JointLoad,
     LineLoad,
     WrenchOnBody,
     loads_in,
 )
-from mecanique.model.forces import CentralForce
 from mecanique.model.joint_base import Single
 from mecanique.model.joints import Joint, Prismatic, Revolute, Spherical, Universal
 from mecanique.model.parameters import Parameter
-from mecanique.motion.analysis.forces import Actions
+from mecanique.motion.analysis.forces import Action, Actions
 
 DOWN = np.array([0.0, 1.0])
 
@@ -375,7 +374,7 @@ def connections(setting: Setting) -> Iterator[Mark]:
     pairs: dict[tuple[End, End], list[LineLoad]] = {}
     inside: dict[str, list[JointLoad]] = {}
     for force in setting.mechanism.forces:
-        if isinstance(force, LineLoad):
+        if isinstance(force, LineLoad) and force.kind != "load":
             pairs.setdefault(force.ends, []).append(force)
         elif isinstance(force, JointLoad) and force.kind != "load":
             for name in force.joints:
@@ -394,12 +393,6 @@ def _between(setting: Setting, links: Sequence[LineLoad]) -> Iterator[Mark]:
     first = links[0]
     a, b = (setting.at(end.body, end.point) for end in first.ends)
     along = unit(b - a)
-    for force in links:
-        if isinstance(force, CentralForce):
-            yield from _attract(setting, force, a, b)
-    links = [force for force in links if not isinstance(force, CentralForce)]
-    if not links:
-        return
     ground = [end.body == setting.mechanism.ground for end in first.ends]
     # a spring ends at the surface of the body it holds
     a = _surface(setting, first.body_a, a, along)
@@ -409,17 +402,6 @@ def _between(setting: Setting, links: Sequence[LineLoad]) -> Iterator[Mark]:
     if ground[1]:
         yield from wall(b, _level(-along))
     yield from _bundle(setting, a, b, links)
-
-
-def _attract(setting: Setting, force: CentralForce, a: Point, b: Point) -> Iterator[Mark]:
-    """A central force on each body that can move, as it points at this instant."""
-    reach = setting.point(force.body_b, force.point_b) - setting.point(force.body_a, force.point_a)
-    slope = plain(force.potential).diff(coordinate(DISTANCE))
-    values = {**setting.mechanism.values, DISTANCE: float(np.linalg.norm(reach))}
-    pulls = math.copysign(1.0, evaluate(slope, values))
-    for body, at, along in ((force.body_a, a, unit(b - a)), (force.body_b, b, unit(a - b))):
-        if body != setting.mechanism.ground:
-            yield from _draw_force(setting, body, at, pulls * along, force.name)
 
 
 def _level(outward: Point) -> Point:
@@ -541,28 +523,30 @@ BEND, START, SWEEP = 20.0, 0.3, 1.35 * math.pi
 def loads(setting: Setting) -> Iterator[Mark]:
     """Yield forces, torques and drives as arrows with their symbols."""
     mechanism = setting.mechanism
-    acting = Actions(mechanism, setting.reference).applied(
+    now: dict[str, list[Action]] = {}
+    for action in Actions(mechanism, setting.reference).applied(
         np.array([setting.t]), setting.q[None], setting.v[None]
-    )
-    now = {
-        action.name: action.force[0]
-        for action in acting
-        if action.kind == "load" and np.abs(action.force).max() > 0
-    }
+    ):
+        if action.kind == "load" and np.abs(action.force).max() > 0:
+            now.setdefault(action.name, []).append(action)
     for force in mechanism.forces:
         if isinstance(force, BodyLoad):
             wrench = force.wrench
             if wrench.force is not None:
-                yield from _push(setting, force.name, wrench, now.get(force.name))
+                acting = now.get(force.name)
+                present = acting[0].force[0] if acting else None
+                yield from _push(setting, force.name, wrench, present)
             if wrench.torque is not None:
                 at = setting.at(wrench.body)
                 yield from _bend(at, 1.0, force.name, setting.clear_side(at))
-        elif isinstance(force, FieldLoad) and force.name in now:
-            along, at = setting.camera.at(now[force.name]), setting.at(force.body, force.point)
-            if math.hypot(*along) > 1e-9:
-                yield from _draw_force(setting, force.body, at, unit(along), force.name)
-        elif isinstance(force, JointLoad) and force.kind == "load":
-            yield from _drive(setting, force)
+        elif isinstance(force, JointLoad):
+            if force.kind == "load":
+                yield from _drive(setting, force)
+        else:  # on each body that can move, as it is at this instant
+            for action in now.get(force.name, ()):
+                along, at = map(setting.camera.at, (action.force[0], action.origin[0]))
+                if action.body != mechanism.ground and math.hypot(*along) > 1e-9:
+                    yield from _draw_force(setting, action.body, at, unit(along), force.name)
 
 
 def _push(setting: Setting, force: str, wrench: WrenchOnBody, now: Floats | None) -> Iterator[Mark]:
@@ -737,7 +721,8 @@ def _legend(setting: Setting, marks: list[Mark]) -> Iterator[Mark]:
     place = np.array([left, bottom + LEGEND_GAP])
     for parameter in [*_missing(setting, marks)]:
         symbol = rich(parameter.symbol)
-        lines = textwrap.wrap(parameter.meaning, LEGEND_WIDTH) or [""]
+        meaning = spell_greek(parameter.meaning, setting.mechanism.coordinates)
+        lines = textwrap.wrap(meaning, LEGEND_WIDTH) or [""]
         for k, line in enumerate(lines):
             parts = ((f"   {line}", "upright"),) if k else (*symbol, (f": {line}", "upright"))
             yield Words(place, parts, "name", "start", LEGEND_SIZE)

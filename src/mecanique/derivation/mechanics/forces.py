@@ -113,21 +113,6 @@ class Span:
         return total
 
 
-@final
-@dataclass(frozen=True)
-class Place:
-    """A point in the world, which potentials take instead of a line, in scalars of any kind."""
-
-    xyz: Triple
-
-    name = ""
-
-    @property
-    def values(self) -> dict[str, Any]:
-        """Its coordinates, by the names that potentials call them."""
-        return dict(zip(POSITION, self.xyz, strict=True))
-
-
 class Bodies(Protocol):
     """The bodies of a mechanism, as the laws of forces need them, in scalars of any kind."""
 
@@ -156,13 +141,18 @@ class Bodies(Protocol):
         """Return the coordinate of a joint, which a force acts along."""
 
 
-def argument_of(force: LineLoad | JointLoad | FieldLoad, bodies: Bodies) -> Any:
+def as_place(xyz: Triple) -> Travel:
+    """Return a place in the world, which potentials take instead of a coordinate."""
+    return Travel(None, None, values=dict(zip(POSITION, xyz, strict=True)))
+
+
+def argument_of(force: LineLoad | JointLoad | FieldLoad, bodies: Bodies) -> Span | Travel:
     """Return the line that a force acts along, its joint's coordinate, or where its point is."""
     match force:
         case LineLoad():
             return bodies.span(force)
         case FieldLoad():
-            return Place(bodies.point(force.body, force.point))
+            return as_place(bodies.point(force.body, force.point))
     return bodies.travel(force.joints[0])
 
 
@@ -198,7 +188,7 @@ def actions_of(force: AnyForce, bodies: Bodies) -> list[AppliedWrench]:
         case FieldLoad():
             at, point = bodies.point(force.body, force.point), bodies.components(force.point)
             (law,) = (law for law in laws_of(force, bodies.number) if isinstance(law, Stored))
-            push = scale(-1.0, bodies.components(law.gradient, Place(at).values))
+            push = scale(-1.0, bodies.components(law.gradient, as_place(at).values))
             return [AppliedWrench(force.name, force.kind, force.body, at, push, NOTHING, point)]
     kind = type(force).__name__
     raise DerivationError(f"no program is known for force {force.name!r}, a {kind}")

@@ -20,7 +20,7 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.derivation.laws import Law, Travel, laws_of
-from mecanique.derivation.mechanics.forces import Place, Span
+from mecanique.derivation.mechanics.forces import Span, as_place
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.paths import JETS, constant_jet, delay, joint_paths, stack_jets
 from mecanique.derivation.scalars.functions import function
@@ -191,7 +191,9 @@ class LagrangeOnJets(BatchDynamics):
                 spin = vary(r[link.coordinates[0]]).ddt()
                 yield spin * spin * (0.5 * inertia)
 
-    def _laws(self, r: dict[str, Jet], H: list[Jet], states: States) -> Iterator[tuple[Law, Any]]:
+    def _laws(
+        self, r: dict[str, Jet], H: list[Jet], states: States
+    ) -> Iterator[tuple[Law, Span | Travel]]:
         """Yield the laws of forces, each with the line, the coordinate or the place it acts by."""
 
         def number(scalar: Scalar, given: Mapping[str, Any] | None = None, /) -> Any:
@@ -199,7 +201,7 @@ class LagrangeOnJets(BatchDynamics):
             return evaluate(scalar, values, function=function)
 
         for force in self._mechanism.forces:
-            along: Any
+            along: Span | Travel
             if isinstance(force, LineLoad):
                 a, b = (self._locate(end.body, end.point, H) for end in force.ends)
                 reach = b - a
@@ -209,7 +211,7 @@ class LagrangeOnJets(BatchDynamics):
                 along = Travel(r[name], r[name].ddt(), name, r)
             elif isinstance(force, FieldLoad):
                 at = self._locate(force.body, force.point, H)
-                along = Place([at[..., k, 0] for k in range(3)])
+                along = as_place([at[..., k, 0] for k in range(3)])
             else:
                 continue
             for law in laws_of(force, number):

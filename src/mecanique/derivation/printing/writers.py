@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from html import escape
 from itertools import pairwise
-from typing import final
+from typing import ClassVar, final
 from xml.etree.ElementTree import Element, fromstring, tostring
 
 from mecanique.derivation.printing.formulas import (
@@ -37,6 +37,15 @@ _THIN = '<mspace width="0.1667em"/>'
 class Writer(ABC):
     """A format; all arguments except names and numbers are strings already written in it."""
 
+    row: ClassVar[str] = "{}"  # around a sum
+    held: ClassVar[str] = "{}"  # around a sum that is all of a numerator or denominator
+    signs: ClassVar[tuple[str, str, str]] = ("-", " + ", " - ")  # a first minus, and between terms
+    statement: ClassVar[str] = "{} {} {}"
+    relations: ClassVar[Mapping[str, str]] = {}  # signs that are written otherwise
+    slope: ClassVar[str]  # ∂ of one letter by another
+    rate: ClassVar[str]  # d/dt of that
+    turned: ClassVar[str]  # a component of ω × a gradient
+
     @abstractmethod
     def number(self, digits: str) -> str:
         """Write an unsigned decimal number."""
@@ -54,43 +63,51 @@ class Writer(ABC):
         """Write a sum within a product."""
 
     @abstractmethod
-    def alone(self, inner: str) -> str:
-        """Write a sum that is all of a numerator or denominator."""
-
-    @abstractmethod
     def term(
         self, numerator: Sequence[str], denominator: Sequence[str], tail: Sequence[str]
     ) -> str:
         """Write a product: a fraction, then functions and motions."""
 
-    @abstractmethod
+    def alone(self, inner: str) -> str:
+        """Write a sum that is all of a numerator or denominator."""
+        return self.held.format(inner)
+
     def sum(self, terms: Sequence[tuple[bool, str]]) -> str:
         """Write a sum of (is negative, term)."""
+        if not terms:
+            return self.row.format(self.number("0"))
+        (negative, text), *rest = terms
+        begin, plus, minus = self.signs
+        later = "".join((minus if negative else plus) + term for negative, term in rest)
+        return self.row.format((begin if negative else "") + text + later)
 
     def equation(self, left: str, right: str) -> str:
         """Write an equation."""
         return self.relation(left, "=", right)
 
-    @abstractmethod
     def relation(self, left: str, sign: str, right: str) -> str:
         """Write an equation, or an inequality with <, >, ≤ or ≥."""
+        return self.statement.format(left, self.relations.get(sign, sign), right)
 
     @abstractmethod
     def matrix(self, rows: Sequence[Sequence[str]]) -> str:
         """Write a matrix, or a column."""
 
-    @abstractmethod
     def partial(self, function: str, variable: str, rate: bool) -> str:
         """Write a partial derivative of two letters in this format, or its time derivative."""
+        slope = self.slope.format(function, variable)
+        return self.rate.format(slope) if rate else slope
 
-    @abstractmethod
     def turning(self, gradient: str, component: str) -> str:
         """Write a component of ω × a gradient, as in the equations of Euler and Kirchhoff."""
+        return self.turned.format(gradient, component)
 
 
 @final
 class Text(Writer):
     """Plain text: a b is a product, ^ a power, ' a time derivative, f(x)/(a b) a quotient."""
+
+    held, slope, rate, turned = "({})", "∂{}/∂{}", "d/dt {}", "(ω × {})_{}"
 
     def number(self, digits: str) -> str:
         """Write an unsigned decimal number."""
@@ -108,10 +125,6 @@ class Text(Writer):
         """Write a sum within a product."""
         return f"({inner}){_raise(exponent)}"
 
-    def alone(self, inner: str) -> str:
-        """Write a sum that is all of a numerator or denominator."""
-        return self.brackets(inner, "")
-
     def term(
         self, numerator: Sequence[str], denominator: Sequence[str], tail: Sequence[str]
     ) -> str:
@@ -125,31 +138,19 @@ class Text(Writer):
             else f"{above}/({' '.join(denominator)})"
         )
 
-    def sum(self, terms: Sequence[tuple[bool, str]]) -> str:
-        """Write a sum."""
-        return _sign(terms, "-", " + ", " - ")
-
-    def relation(self, left: str, sign: str, right: str) -> str:
-        """Write an equation or an inequality."""
-        return f"{left} {sign} {right}"
-
     def matrix(self, rows: Sequence[Sequence[str]]) -> str:
         """Write a matrix, or a column."""
         written = (f"[{', '.join(row)}]" for row in rows)
         return f"[{', '.join(written)}]"
 
-    def partial(self, function: str, variable: str, rate: bool) -> str:
-        """Write a partial derivative, or its time derivative."""
-        return f"{'d/dt ' if rate else ''}∂{function}/∂{variable}"
-
-    def turning(self, gradient: str, component: str) -> str:
-        """Write a component of ω × a gradient."""
-        return f"(ω × {gradient})_{component}"
-
 
 @final
 class Latex(Writer):
     """LaTeX for math mode, which needs no package but amsmath."""
+
+    relations: ClassVar[Mapping[str, str]] = {"≤": "\\leq", "≥": "\\geq"}
+    slope, rate = "\\frac{{\\partial {}}}{{\\partial {}}}", "\\frac{{d}}{{dt}} {}"
+    turned = "\\left(\\omega \\times {}\\right)_{{{}}}"
 
     def number(self, digits: str) -> str:
         """Write an unsigned decimal number."""
@@ -190,10 +191,6 @@ class Latex(Writer):
         held = f"\\left({inner}\\right)" if tall else f"({inner})"
         return held + (f"^{{{exponent}}}" if exponent else "")
 
-    def alone(self, inner: str) -> str:
-        """Write a sum that is all of a numerator or denominator."""
-        return inner
-
     def term(
         self, numerator: Sequence[str], denominator: Sequence[str], tail: Sequence[str]
     ) -> str:
@@ -203,28 +200,10 @@ class Latex(Writer):
             above = [f"\\frac{{{_space(above) or '1'}}}{{{_space(denominator)}}}"]
         return _space([*above, *rest]) or "1"
 
-    def sum(self, terms: Sequence[tuple[bool, str]]) -> str:
-        """Write a sum."""
-        return _sign(terms, "-", " + ", " - ")
-
-    def relation(self, left: str, sign: str, right: str) -> str:
-        """Write an equation or an inequality."""
-        command = {"≤": "\\leq", "≥": "\\geq"}.get(sign, sign)
-        return f"{left} {command} {right}"
-
     def matrix(self, rows: Sequence[Sequence[str]]) -> str:
         """Write a matrix, or a column."""
         lines = " \\\\ ".join(map(" & ".join, rows))
         return f"\\begin{{bmatrix}} {lines} \\end{{bmatrix}}"
-
-    def partial(self, function: str, variable: str, rate: bool) -> str:
-        """Write a partial derivative, or its time derivative."""
-        slope = f"\\frac{{\\partial {function}}}{{\\partial {variable}}}"
-        return f"\\frac{{d}}{{dt}} {slope}" if rate else slope
-
-    def turning(self, gradient: str, component: str) -> str:
-        """Write a component of ω × a gradient."""
-        return f"\\left(\\omega \\times {gradient}\\right)_{{{component}}}"
 
     def _word(self, word: str) -> str:
         if word in GREEK:
@@ -241,6 +220,13 @@ class Latex(Writer):
 @final
 class MathML(Writer):
     """Presentation MathML in the core subset that browsers and screen readers support."""
+
+    row, statement = "<mrow>{}</mrow>", "<mrow>{}<mo>{}</mo>{}</mrow>"
+    signs = ("<mo>−</mo>", "<mo>+</mo>", "<mo>−</mo>")
+    relations: ClassVar[Mapping[str, str]] = {"<": "&lt;", ">": "&gt;"}
+    slope = "<mfrac><mrow><mo>∂</mo>{}</mrow><mrow><mo>∂</mo>{}</mrow></mfrac>"
+    rate = "<mrow><mfrac><mi>d</mi><mrow><mi>d</mi><mi>t</mi></mrow></mfrac>{}</mrow>"
+    turned = "<msub><mrow><mo>(</mo><mi>ω</mi><mo>×</mo>{}<mo>)</mo></mrow>{}</msub>"
 
     def number(self, digits: str) -> str:
         """Write an unsigned decimal number."""
@@ -284,10 +270,6 @@ class MathML(Writer):
         """Write a sum within a product."""
         return self._power(_hug(inner), exponent)
 
-    def alone(self, inner: str) -> str:
-        """Write a sum that is all of a numerator or denominator."""
-        return inner
-
     def term(
         self, numerator: Sequence[str], denominator: Sequence[str], tail: Sequence[str]
     ) -> str:
@@ -298,15 +280,6 @@ class MathML(Writer):
             above = [f"<mfrac>{over}{self._row(denominator, [])}</mfrac>"]
         return self._row(above, rest)
 
-    def sum(self, terms: Sequence[tuple[bool, str]]) -> str:
-        """Write a sum."""
-        inner = _sign(terms, "<mo>−</mo>", "<mo>+</mo>", "<mo>−</mo>")
-        return f"<mrow>{inner or '<mn>0</mn>'}</mrow>"
-
-    def relation(self, left: str, sign: str, right: str) -> str:
-        """Write an equation or an inequality."""
-        return f"<mrow>{left}<mo>{escape(sign)}</mo>{right}</mrow>"
-
     def matrix(self, rows: Sequence[Sequence[str]]) -> str:
         """Write a matrix, or a column."""
         table = ""
@@ -314,17 +287,6 @@ class MathML(Writer):
             cells = "".join(f"<mtd>{cell}</mtd>" for cell in row)
             table += f"<mtr>{cells}</mtr>"
         return f"<mrow><mo>[</mo><mtable>{table}</mtable><mo>]</mo></mrow>"
-
-    def partial(self, function: str, variable: str, rate: bool) -> str:
-        """Write a partial derivative, or its time derivative."""
-        slope = f"<mfrac><mrow><mo>∂</mo>{function}</mrow><mrow><mo>∂</mo>{variable}</mrow></mfrac>"
-        operator = "<mfrac><mi>d</mi><mrow><mi>d</mi><mi>t</mi></mrow></mfrac>"
-        return f"<mrow>{operator}{slope}</mrow>" if rate else slope
-
-    def turning(self, gradient: str, component: str) -> str:
-        """Write a component of ω × a gradient."""
-        product = f"<mrow><mo>(</mo><mi>ω</mi><mo>×</mo>{gradient}<mo>)</mo></mrow>"
-        return f"<msub>{product}{component}</msub>"
 
     def _row(self, factors: Sequence[str], moving: Sequence[str]) -> str:
         """Write a product, with thin spaces before functions and motions, and beside words."""
@@ -378,13 +340,6 @@ def _raise(exponent: str) -> str:
     if not exponent:
         return ""
     return f"^{exponent}" if exponent.isdigit() else f"^({exponent})"
-
-
-def _sign(terms: Sequence[tuple[bool, str]], first: str, plus: str, minus: str) -> str:
-    if not terms:
-        return "" if plus.startswith("<") else "0"
-    (negative, text), *rest = terms
-    return (first if negative else "") + text + "".join((minus if n else plus) + t for n, t in rest)
 
 
 _LARGE = 10**7  # numbers with more digits are written as decimals
@@ -533,7 +488,7 @@ def _is_break(part: Element) -> bool:
     return part.tag == "mo" and part.text in _BREAKS
 
 
-class _Printed(ABC):
+class Printed(ABC):
     """An object that can be written as text, LaTeX and MathML, and displayed in a notebook."""
 
     @abstractmethod
@@ -568,7 +523,7 @@ class _Printed(ABC):
 
 @final
 @dataclass(frozen=True, repr=False)
-class Expression(_Printed):
+class Expression(Printed):
     """A sum of terms in textbook order."""
 
     terms: tuple[Product, ...]
@@ -586,7 +541,7 @@ class Expression(_Printed):
 
 @final
 @dataclass(frozen=True, repr=False)
-class Equation(_Printed):
+class Equation(Printed):
     """An equation of motion left = right, with inputs and other functions of time on the right."""
 
     left: Expression  # the terms with accelerations, velocities and coordinates

@@ -9,14 +9,7 @@ from typing import Any, Protocol, TypeAlias, final
 
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.printing.prose import to_html
-from mecanique.derivation.printing.writers import (
-    Equation,
-    Expression,
-    MathML,
-    Text,
-    Writer,
-    to_lines,
-)
+from mecanique.derivation.printing.writers import Equation, Expression, Printed, Writer
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.scalars.series import Ring, Series
@@ -93,7 +86,7 @@ class Left:
 
 @final
 @dataclass(frozen=True, repr=False)
-class Result:
+class Result(Printed):
     """One line of a derivation, left = right."""
 
     left: Left | Series  # the quantity found; a series where an equation relates two sums
@@ -109,13 +102,6 @@ class Result:
         """Write the line in the format of a writer."""
         left = self.left if isinstance(self.left, Left) else expression(self.left)
         return writer.equation(left.write(writer), self.expression().write(writer))
-
-    def __repr__(self) -> str:
-        return f"<Result: {self.write(Text())}>"
-
-    def _repr_html_(self) -> str:
-        """Show the line in a notebook."""
-        return to_lines(self.write(MathML()), self.write(Text()))
 
 
 def list_components(

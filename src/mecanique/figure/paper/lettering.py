@@ -43,7 +43,7 @@ Boxes = NDArray[np.float64]
 
 def clear_letters(marks: Sequence[Mark], *, crowded: bool = False) -> tuple[Mark, ...]:
     """Move the words of a figure off one another and off lines."""
-    lines, weights = _lines(marks)
+    lines, weights = lines_of(marks)
     rings: Sequence[float] = _RINGS
     if crowded:
         weights, rings = np.maximum(_CROWDED * weights, _CROWDED), _WIDE_RINGS
@@ -105,21 +105,14 @@ def _cost(
     boxes: Boxes, others: Boxes, lines: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """What it costs that boxes lie over others and over lines, shape (n,)."""
-    crossed = _measure_crossings(boxes, lines, weights)
+    crossed = measure_crossings(boxes, lines, weights)
     return crossed + _WORD * overlap(boxes, others) if len(others) else crossed
 
 
-def measure_lines_under(marks: Sequence[Mark]) -> NDArray[np.float64]:
-    """Return the length of the lines under each word of a figure, in their order [pt]."""
-    lines, _ = _lines(marks)
-    boxes = [frame(mark) for mark in marks if isinstance(mark, Words)]
-    return _measure_crossings(np.array(boxes).reshape(-1, 4), lines, np.ones(len(lines)))
-
-
-def _measure_crossings(
+def measure_crossings(
     boxes: Boxes, lines: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """The weighted length of the lines inside each box, shape (n,)."""
+    """Return the weighted length of the lines inside each box, shape (n,) [pt]."""
     step = lines[:, 1] - lines[:, 0]
     # a line start + s step is between a box's two sides for s from one to two, on either axis
     spans = []
@@ -136,8 +129,8 @@ def _measure_crossings(
     return total
 
 
-def _lines(marks: Sequence[Mark]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """A figure's lines as segments, shape (n, 2, 2), and the cost of crossing them, shape (n,)."""
+def lines_of(marks: Sequence[Mark]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return lines as segments, shape (n, 2, 2), and the cost of crossing them, shape (n,)."""
     pieces: list[NDArray[np.float64]] = [np.empty((0, 2, 2))]
     weights: list[NDArray[np.float64]] = [np.empty(0)]
     circle = directions(np.linspace(0.0, 2 * np.pi, 25))

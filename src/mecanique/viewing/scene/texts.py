@@ -117,8 +117,7 @@ def derivation_of(equations: Equations) -> ShownDerivation:
     if not fits_page(equations):
         return _named_results(equations)
     blocks = []
-    _, *parts = equations.document.sections()
-    for part in parts:
+    for part in equations.document.sections():
         last = part.title == "Equations of motion"
         formulas = part.formulas or ("",)
         for k, formula in enumerate(formulas):
