@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import mecanique as mq
 from mecanique.derivation import switching
 from mecanique.derivation.mechanics.switching import Terms
+from mecanique.reference.engine.package import engine_name
 from mecanique.verification import modes
+from mecanique.verification.states import random_states
+from mecanique.verification.verdict import Row
 
 m, g, mu, alpha, r = (
     mq.Parameter("m", 1.3, "kg"),
@@ -194,3 +198,119 @@ def test_what_no_verdict_treats_is_refused() -> None:
     block = SYSTEMS["block"]
     with pytest.raises(mq.InputError, match="'dry': its modes are compared with Pinocchio"):
         mq.verify(block, against=block)
+
+
+def test_rates_of_a_driven_joint_are_those_of_its_formula_on_both_sides() -> None:
+    """x = cos θ/2 + sin(2 t)/10, against a belt of 0.4 m/s and before a stop at 1 m."""
+    theta, t = mq.Parameter("theta", 0.0), mq.time()
+    base = mq.Mechanism(
+        "crank",
+        (mq.Body("ground"), mq.Body("block", mq.particle(2.0))),
+        (mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
+        coordinates=mq.Coordinates(("theta",), {"x": mq.cos(theta) / 2 + mq.sin(2 * t) / 10}),
+    )
+    dry, stop = mq.Friction("belt", "slide", 0.2, 3.0, speed=0.4), mq.Stop("stop", "slide", 1.0)
+    whole = replace(base, switching=(dry, stop))
+    states = random_states(base, 5, 0)
+    q, v, t = states.q[:, 0], states.v[:, 0], states.t
+    slope, drift = -np.sin(q) / 2, np.cos(2 * t) / 5
+    bend = -np.cos(q) / 2 * v**2 - 0.4 * np.sin(2 * t)
+    gap = 1 - np.cos(q) / 2 - np.sin(2 * t) / 10
+    bench = modes._Bench(whole, states, 1e-9)
+    expected = {
+        "mass": 2 * slope[:, None, None] ** 2,
+        "load": (-2 * slope * bend)[:, None],
+        "jacobian": np.stack([slope, -slope], axis=1)[:, :, None],
+        "gamma": np.stack([bend, -bend], axis=1),
+        "gaps": np.stack([0 * gap, gap], axis=1),
+        "drift": np.stack([drift - 0.4, -drift], axis=1),
+        "rates": np.stack([slope * v + drift - 0.4, -slope * v - drift], axis=1),
+    }
+    for terms in (bench.theirs, bench.ours):
+        for name, values in expected.items():
+            np.testing.assert_allclose(getattr(terms, name), values, rtol=1e-11, atol=1e-14)
+    # gap and rate of the normal force, and the slip of the friction
+    measured = modes.measure_elements(whole, states)
+    columns = [expected["rates"][:, 0], gap, expected["rates"][:, 1]]
+    np.testing.assert_allclose(measured, np.stack(columns, axis=1), rtol=1e-11, atol=1e-14)
+
+
+def thrown(e: float) -> mq.Mechanism:
+    """A particle in a plane above a rough floor, with another contact far to the side."""
+    bodies = mq.Body("ground"), mq.Body("carriage"), mq.Body("body", mq.particle(1.3))
+    joints = (
+        mq.Prismatic("along", "ground", "carriage", axis=(1, 0, 0), coordinate="x"),
+        mq.Prismatic("up", "carriage", "body", axis=(0, 0, 1), coordinate="z"),
+    )
+    floor = mq.Contact("floor", "body", mu=0.2, restitution=e)
+    stop = mq.Stop("stop", "along", 5.0)
+    gravity = (3.0, 0, -9.0)
+    return mq.Mechanism("thrown", bodies, joints, gravity=gravity, switching=(floor, stop))
+
+
+@pytest.mark.parametrize(
+    ("state", "a", "forces"),
+    [
+        ("open", (3.0, -9.0), (0.0, 0.0)),
+        ("sticks", (0.0, 0.0), (1.3 * 9, -1.3 * 3)),
+        ("slips +", (3 - 0.2 * 9, 0.0), (1.3 * 9, -0.2 * 1.3 * 9)),
+        ("slips -", (3 + 0.2 * 9, 0.0), (1.3 * 9, 0.2 * 1.3 * 9)),
+    ],
+)
+def test_a_mode_of_a_particle_on_a_rough_floor_has_its_closed_form(
+    state: str, a: tuple[float, float], forces: tuple[float, float]
+) -> None:
+    mechanism = thrown(0.5)
+    states = random_states(replace(mechanism, switching=()), 3, 0)
+    solution, rounding = modes.solve_mode(mechanism, {"floor": state, "stop": "open"}, states)
+    expected = np.tile([*a, *forces, 0.0], (3, 1))
+    np.testing.assert_allclose(solution, expected, rtol=0, atol=1e-12)
+    # ε times the condition number, which is that of a few ones
+    size = np.linalg.norm(expected, axis=1)
+    assert (rounding >= 1e-15 * size * (1 - 1e-9)).all()
+    assert (rounding < 1e-14 * size).all()
+
+
+@pytest.mark.parametrize(("state", "rub"), [("slips +", -0.2), ("slips -", 0.2)])
+def test_an_impact_on_a_rough_floor_has_its_closed_form(state: str, rub: float) -> None:
+    """v_z⁺ = −e v_z with the impulse m (1 + e) |v_z|, a fifth of it along the floor."""
+    e, mechanism = 0.5, thrown(0.5)
+    states = random_states(replace(mechanism, switching=()), 3, 0)
+    solution, _ = modes.solve_mode(mechanism, {"floor": state}, states, struck=True)
+    vx, vz = states.v.T
+    push = -1.3 * (1 + e) * vz
+    expected = np.stack([vx + rub * push / 1.3, -e * vz, push, rub * push], axis=1)
+    np.testing.assert_allclose(solution, expected, rtol=0, atol=1e-12)
+
+
+def test_how_many_modes_rigid_bodies_do_not_determine_is_told() -> None:
+    """One of three frictions and a stop holds the one slide: 2³ + 3 · 2² + 2³ of 54 modes."""
+    dry = tuple(mq.Friction(f"f{k}", "slide", mu, 1.0) for k in range(3))
+    verdict = mq.verify(slider(*dry, mq.Stop("stop", "slide", 1.0)), samples=2)
+    assert verdict.agrees, str(verdict)
+    assert verdict.notes == ("26 modes not compared, rigid bodies do not determine their forces",)
+    assert {row.sources[0] for row in verdict.rows} == {"28 modes", "impact of stop"}
+
+
+def test_condition_numbers_do_not_depend_on_units() -> None:
+    random = np.random.default_rng(0)
+    rows, columns = 10 ** random.uniform(-6, 6, (2, 3))
+    even = np.array([[1.0, 0.5, 0.0], [0.5, 1.0, 0.2], [0.0, 0.2, 1.0]])
+    systems = np.stack([np.diag([1e8, 1.0, 1e-8]), rows[:, None] * np.eye(3) * columns, even])
+    expected = [1.0, 1.0, np.linalg.cond(even)]
+    np.testing.assert_allclose(modes._condition(systems), expected, rtol=1e-9, atol=0)
+
+
+def test_the_worst_row_of_a_quantity_uses_up_most_of_what_is_allowed() -> None:
+    rows = [
+        Row(quantity, ("", ""), worst, (), (), 0.0, rounding=bound)
+        for quantity, worst, bound in (
+            ("a", 1e-8, 1e-7),
+            ("a", 5e-10, 0),
+            ("a", 4e-10, 0),
+            ("b", 1, 0),
+        )
+    ]
+    found = modes._find_worst(rows, "here")
+    assert [(row.quantity, row.worst) for row in found] == [("a", 5e-10), ("b", 1)]
+    assert all(row.sources == ("here", engine_name()) for row in found)

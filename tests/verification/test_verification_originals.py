@@ -13,6 +13,7 @@ from reading_faults import blame
 import mecanique as mq
 from mecanique.reference.originals import drake, exudyn
 from mecanique.urdf import read_urdf
+from mecanique.verification import engines
 from mecanique.verification.engines import read_by
 from mecanique.verification.verdict import EngineReading
 
@@ -242,3 +243,12 @@ def test_engines_that_read_no_sdf_say_so() -> None:
     if not found[2].missing:
         assert found[2].worst is not None
         assert found[2].worst < 1e-12
+
+
+def test_pinocchio_is_asked_where_it_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    for there in (True, False):
+        monkeypatch.setattr(
+            "mecanique.verification.engines.has_pinocchio", lambda there=there: there
+        )
+        titles = [engine.title for engine in engines._choose(("pinocchio", "mujoco"))]
+        assert titles == (["Pinocchio", "MuJoCo"] if there else ["MuJoCo"])

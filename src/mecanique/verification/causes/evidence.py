@@ -296,8 +296,7 @@ def descend(
         trials = []
         for k, slope in zip(active, slopes, strict=True):
             normal = slope.T @ slope
-            scale = np.diag(normal) + 1e-300
-            lhs = normal + damping[k] * np.diag(scale)
+            lhs = normal + damping[k] * np.diag(np.diag(normal))
             step = np.linalg.lstsq(lhs, -slope.T @ now[k], rcond=None)[0]
             trials.append((k, unknowns[k] + step))
         trial_residuals = residuals(trials)
@@ -514,7 +513,7 @@ def fit(evidence: Evidence, columns: Array) -> tuple[Array, Array]:
     """Fit amounts (k,) of effects (k, n, nv); return them and their answers (n, nv)."""
     flat = evidence.weigh(columns)
     size = np.sqrt(np.sum(flat * flat, axis=1))
-    used = size > 1e-12 * max(float(size.max(initial=0.0)), 1e-300)
+    used = size > 1e-12 * size.max(initial=0.0)
     amounts = np.zeros(len(columns))
     if used.any():
         rest = evidence.weigh(evidence.tau - evidence.base)

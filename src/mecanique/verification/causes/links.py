@@ -299,7 +299,7 @@ def _is_physical(m: float, c: Array, inertia: Array) -> bool:
     if not (m >= 0 and np.isfinite(c).all() and np.isfinite(inertia).all()):
         return False
     moments = np.linalg.eigvalsh(inertia)
-    return bool(moments[0] >= -1e-9 * max(abs(moments[0]), abs(moments[2])))
+    return bool(moments.min() >= -1e-9 * np.abs(moments).max())
 
 
 def _symmetric(x: Array) -> Array:
@@ -342,7 +342,7 @@ def _variants(J: Array, pose: Array, frame: Array, *, root: bool) -> Iterator[tu
     """Yield each way to get a link's mass moments wrong: what is wrong, and the moments."""
     m, c, inertia = parts_of(J)
     mass, both, center, tensor = "mass", "mass and inertia", "center of mass", "inertia"
-    yield both, Slip("root mass" if root else "link mass", slips.LEFT_OUT, 0 * J)
+    yield both, Slip("root mass" if root else "link mass", slips.LEFT_OUT, np.zeros((4, 4)))
     yield both, Slip("root mass" if root else "link mass", slips.TWICE, 2 * J)
     for factor, kind, text in slips.GRAMS:
         text = f"{text} ({say_factor(factor)})"
@@ -363,7 +363,7 @@ def _variants(J: Array, pose: Array, frame: Array, *, root: bool) -> Iterator[tu
     for slip in tensors:
         yield tensor, slip._replace(value=moments_of(m, c, slip.value))
     if c.any():
-        yield center, Slip("center of mass", slips.LEFT_OUT, moments_of(m, 0 * c, inertia))
+        yield center, Slip("center of mass", slips.LEFT_OUT, moments_of(m, np.zeros(3), inertia))
         for slip in slips.mistake_vector("center of mass", c):
             yield center, slip._replace(value=moments_of(m, slip.value, inertia))
     turn, away = pose[:3, :3], pose[:3, :3] @ c + pose[:3, 3]

@@ -231,7 +231,7 @@ def _rank_samples(
     # of several ways to make a slip, each is as much less likely beforehand
     ways = np.array([change.amount.ways for change in changes])
     score = count * np.log(after**2 + floor**2) + sizes * np.log(count) + 2 * np.log(ways)
-    without = count * np.log(before**2 + floor**2)
+    without = 2 * count * np.log(before)
     worth: list[int] = np.flatnonzero(score < without - _EVIDENCE).tolist()
     order = sorted(worth, key=lambda k: (score[k], sizes[k], k))
     order = list(_first_of_each(changes, order))
