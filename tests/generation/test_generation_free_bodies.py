@@ -1,0 +1,70 @@
+"""All forces on all bodies as programs: each body is in balance, and each kind does its work."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import pytest
+
+import mecanique as mq
+from mecanique.derivation.mechanics.forces import AppliedWrench
+from mecanique.derivation.mechanics.letters import Letters
+from mecanique.generation.mechanics.constrained import inputs_at
+from mecanique.generation.mechanics.dynamics import TapeDynamics, Tree
+from mecanique.generation.mechanics.free_body_forces import FreeBodyForces
+from mecanique.program.evaluation import evaluate
+from mecanique.program.traced import values_of
+from mecanique.verification.states import random_states
+
+NAMES = (
+    *("atwood_machine", "crane", "double_pendulum", "foucault_pendulum", "four_bar_linkage"),
+    *("free_rigid_body", "planetary_gear", "rack_and_pinion", "rolling_coin"),
+)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_bodies_are_in_balance_and_each_kind_of_force_does_its_work(name: str) -> None:
+    mechanism = mq.textbook.load(name)
+    states = random_states(mechanism, 3, 2)
+    letters = Letters(mechanism)
+    tree = Tree(letters)
+    dynamics = TapeDynamics(letters, tree, tree, "recursion")
+    bodies = FreeBodyForces(dynamics)
+    tau = np.random.default_rng(4).normal(size=(len(states), mechanism.nv))
+    inputs = inputs_at(letters, states)
+    inputs |= dict(zip((f"tau {name}" for name in mechanism.velocities), tau.T, strict=True))
+
+    def at_states(scalars: Iterable[object]) -> np.ndarray:
+        values = values_of(list(scalars))
+        return np.asarray(evaluate(letters.tape, values, inputs, len(states)))
+
+    def work_of(actions: Iterable[AppliedWrench]) -> np.ndarray:
+        entries = [x for action in actions for x in bodies.work(action)]
+        return at_states(entries).reshape(len(states), -1, mechanism.nv).sum(axis=1)
+
+    acting = [*bodies.all(), *bodies.drives]
+    for body in mechanism.bodies[1:]:
+        on_it = [action for action in acting if action.body == body.name]
+        parts = [x for a in on_it for x in (*a.origin, *a.force, *a.moment)]
+        table = at_states(parts).reshape(len(states), len(on_it), 9)
+        origins, forces, moments = np.split(table, 3, axis=2)
+        size = max(1.0, float(np.abs(table).max()))
+        np.testing.assert_allclose(forces.sum(axis=1), 0, rtol=0, atol=1e-12 * size)
+        moments = moments + np.cross(origins, forces)
+        np.testing.assert_allclose(moments.sum(axis=1), 0, rtol=0, atol=1e-12 * size)
+    gravity = at_states(dynamics.tree.recursion.gravity_forces())
+    mass = at_states(entry for row in dynamics.mass_matrix for entry in row)
+    mass = mass.reshape(len(states), mechanism.nv, mechanism.nv)
+    a = at_states(dynamics.acceleration)
+    inertial = np.einsum("nij,nj->ni", mass, a) + at_states(dynamics.bias) - gravity
+    size = max(1.0, float(np.abs(inertial).max()), float(np.abs(gravity).max()))
+    wanted = {
+        "weights": (bodies.weights(), -gravity),
+        "loads": (bodies.loads, at_states(dynamics.forces)),
+        "drives": (bodies.drives, tau),
+        "inertia": (bodies.inertia, -inertial),
+        "everything": (acting, np.zeros_like(tau)),
+    }
+    for kind, (actions, work) in wanted.items():
+        np.testing.assert_allclose(work_of(actions), work, rtol=0, atol=1e-11 * size, err_msg=kind)
