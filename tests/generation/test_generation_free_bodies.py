@@ -17,15 +17,41 @@ from mecanique.program.evaluation import evaluate
 from mecanique.program.traced import values_of
 from mecanique.verification.states import random_states
 
+SKEW = mq.Shape(2.0, (0.1, -0.2, 0.3), (0.5, 0.6, 0.7, 0.05, -0.04, 0.03))
+TUMBLING = mq.Mechanism(
+    "tumbling",
+    (mq.Body("ground"), mq.Body("hull", SKEW), mq.Body("arm", SKEW.at((0.2, 0, 0), (1, 2, 3)))),
+    (
+        mq.Floating("free", "ground", "hull"),
+        mq.Revolute("pin", "hull", "arm", axis=(1, 2, 2), origin=mq.Placement((0, 0.4, 0))),
+    ),
+    forces=(mq.Damper("oil", "ground", (0, 0, 1), "arm", (0.1, 0, 0), 3.0),),
+)
+DRIVE = mq.Mechanism(
+    "drive",
+    (mq.Body("ground"), mq.Body("motor", mq.disk(1.0, 0.1)), mq.Body("drum", mq.disk(4.0, 0.3))),
+    (
+        mq.Revolute("shaft", "ground", "motor"),
+        mq.Revolute("axle", "ground", "drum", origin=mq.Placement((1, 0, 0))),
+    ),
+    forces=(mq.JointForce("torque", "shaft", 2.0),),
+    elements=(
+        mq.Belt("belt", (mq.Pulley("motor", 0.1), mq.Pulley("drum", 0.3)), 40.0, (0.0, 0.0, 1.0)),
+    ),
+)
 NAMES = (
     *("atwood_machine", "crane", "double_pendulum", "foucault_pendulum", "four_bar_linkage"),
     *("free_rigid_body", "planetary_gear", "rack_and_pinion", "rolling_coin"),
 )
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_bodies_are_in_balance_and_each_kind_of_force_does_its_work(name: str) -> None:
-    mechanism = mq.textbook.load(name)
+MECHANISMS = (TUMBLING, DRIVE, *map(mq.textbook.load, NAMES))
+
+
+@pytest.mark.parametrize("mechanism", MECHANISMS, ids=lambda mechanism: mechanism.name)
+def test_bodies_are_in_balance_and_each_kind_of_force_does_its_work(
+    mechanism: mq.Mechanism,
+) -> None:
     states = random_states(mechanism, 3, 2)
     letters = Letters(mechanism)
     tree = Tree(letters)
@@ -68,3 +94,17 @@ def test_bodies_are_in_balance_and_each_kind_of_force_does_its_work(name: str) -
     }
     for kind, (actions, work) in wanted.items():
         np.testing.assert_allclose(work_of(actions), work, rtol=0, atol=1e-11 * size, err_msg=kind)
+
+
+def test_a_belt_has_its_preload_and_drives_the_drum() -> None:
+    """By hand: the tensions differ by J a/r of the drum, and have the preload for their mean."""
+    letters = Letters(DRIVE)
+    tree = Tree(letters)
+    bodies = FreeBodyForces(TapeDynamics(letters, tree, tree, "recursion"))
+    states = random_states(DRIVE, 1, 0)
+    values = values_of(list(bodies.guide_sizes.values()))
+    ((first, second),) = evaluate(letters.tape, values, inputs_at(letters, states), 1)
+    drum = 4.0 * 0.3**2 / 2
+    turned = (2.0 / (1.0 * 0.1**2 / 2 + drum / 9)) / 3
+    assert (first + second) / 2 == pytest.approx(40.0, rel=1e-12)
+    assert abs(first - second) == pytest.approx(drum * turned / 0.3, rel=1e-12)
