@@ -176,8 +176,8 @@ def test_a_ball_can_only_turn() -> None:
         ({"euler": (0, 0, 1), "quaternion": (0, 0, 0, 1)}, "got both"),
         ({"linear": (0, 0, 1)}, 'expected the axes "world" or "body" of the velocities, got None'),
         ({"angular": (0, 0, 1), "axes": "local"}, "got 'local'"),
-        ({"position": (0, 0, float("nan"))}, "expected finite numbers for the position"),
-        ({"position": "here"}, "expected 3 numbers for the position, got 'here'"),
+        ({"position": (0, 0, float("nan"))}, "expected finite position values, got"),
+        ({"position": "here"}, "expected 3 numbers for the position values, got 'here'"),
         ({"joint": "fre"}, "fre"),
     ],
 )

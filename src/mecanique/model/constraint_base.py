@@ -270,6 +270,12 @@ class Strung(GuidingElement):
         """Names of its tensions."""
 
     @property
+    def bodies(self) -> tuple[str, ...]:
+        """The bodies it touches, and the one in whose axes its normal is."""
+        touched = dict.fromkeys(stop.body for stop in self.stops)
+        return tuple(touched if self.axes == "world" else touched | {self.axes: None})
+
+    @property
     def tensions(self) -> tuple[str, ...]:
         """All of its forces."""
         return self.forces

@@ -18,7 +18,7 @@ from mecanique.errors import InputError
 from mecanique.model.joints import Floating, Joint, Spherical
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.quaternions import conjugate, multiply, turn
-from mecanique.model.values import Given
+from mecanique.model.values import Given, numbers_of
 
 ORDERS = ("xyzw", "wxyz")
 """Orders in which quaternions are written."""
@@ -230,16 +230,16 @@ def floating(
         raise InputError("expected either a quaternion or Euler angles, got both")
     orientation = _UNTURNED
     if quaternion is not None:
-        orientation = from_quaternion(_rows(quaternion, 4, "quaternion"), order)
+        orientation = from_quaternion(_rows(quaternion, "xyzw", "quaternion"), order)
     elif euler is not None:
-        orientation = from_euler(_rows(euler, 3, "Euler angles"), sequence)
+        orientation = from_euler(_rows(euler, "123", "Euler angle"), sequence)
     rates = {"linear velocity": linear, "angular velocity": angular}
-    in_body = {name: _rows(given, 3, name) for name, given in rates.items()}
+    in_body = {name: _rows(given, "xyz", name) for name, given in rates.items()}
     moves = linear is not None or angular is not None
     if moves and _check_axes(axes) == "world":
         in_body = {name: turn(conjugate(orientation), rate) for name, rate in in_body.items()}
     stand, turned = _stand(mechanism, free)
-    away = _rows(position, 3, "position") - stand
+    away = _rows(position, "xyz", "position") - stand
     q = _by_name(free.linear_coordinates, turn(conjugate(turned), away))
     q |= _by_name(free.quaternion, multiply(conjugate(turned), orientation))
     v = _by_name(free.linear_velocities, in_body["linear velocity"])
@@ -276,7 +276,7 @@ def floating_state(
     at = [mechanism.coordinates.index(name) for name in free.quaternion]
     stand, turned = _stand(mechanism, free)
     orientation = multiply(turned, positions[..., at])
-    orientation = orientation * np.where(orientation[..., 3:] < 0, -1.0, 1.0)
+    orientation = np.where(orientation[..., 3:] < 0, -orientation, orientation)
     place = np.zeros(3)
     if free.linear_coordinates:
         place = positions[..., [mechanism.coordinates.index(n) for n in free.linear_coordinates]]
@@ -315,21 +315,9 @@ def _stand(mechanism: Mechanism, joint: Joint) -> tuple[np.ndarray, np.ndarray]:
     return np.array(xyz), from_euler(np.array(rpy), "xyz")
 
 
-def _rows(given: Rows | None, width: int, what: str) -> np.ndarray:
-    """Return what was given as an array, shape (…, width); zero where nothing was."""
-    if given is None:
-        return np.zeros(width)
-    try:
-        rows = np.array(given, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"expected {width} numbers for the {what}, got {given!r}") from None
-    if rows.ndim not in (1, 2) or rows.shape[-1] != width:
-        raise InputError(
-            f"expected shape ({width},) or (n, {width}) for the {what}, got {rows.shape}"
-        )
-    if not np.isfinite(rows).all():
-        raise InputError(f"expected finite numbers for the {what}, got {rows.tolist()}")
-    return rows
+def _rows(given: Rows | None, components: str, what: str) -> np.ndarray:
+    """Return what was given as an array, shape (…, components); zero where nothing was."""
+    return numbers_of(given, tuple(components), what, np.zeros(len(components)), many=True)
 
 
 def _by_name(names: Sequence[str], values: np.ndarray) -> ByName:

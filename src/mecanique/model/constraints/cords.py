@@ -94,10 +94,8 @@ class Cord(Strung):
     @property
     def stops(self) -> tuple[CordStop, ...]:
         """Where it runs, the ends included."""
-        wheels = [
-            CordStop(wheel.body, wheel.center, wheel.radius, wheel.sense) for wheel in self.over
-        ]
-        return CordStop(*self.start), *wheels, *([CordStop(*self.end)] if self.end else [])
+        ends = [CordStop(*end) for end in (self.start, self.end) if end]
+        return *ends[:1], *map(_stop_at, self.over), *ends[1:]
 
     @property
     def parts(self) -> tuple[int, ...]:
@@ -112,12 +110,6 @@ class Cord(Strung):
         """Names of its tensions."""
         count = self.parts[-1] + 1
         return tuple(f"{self.name}_{k + 1}" for k in range(count)) if count > 1 else (self.name,)
-
-    @property
-    def bodies(self) -> tuple[str, ...]:
-        """The bodies it touches, and the one in whose axes its normal is."""
-        touched = [stop.body for stop in self.stops]
-        return tuple(dict.fromkeys(touched + ([self.axes] if self.axes != "world" else [])))
 
 
 @final
@@ -168,10 +160,7 @@ class Belt(Strung):
     @property
     def stops(self) -> tuple[CordStop, ...]:
         """Where it runs, the first pulley once more at the end."""
-        wheels = [
-            CordStop(wheel.body, wheel.center, wheel.radius, wheel.sense) for wheel in self.over
-        ]
-        return *wheels, wheels[0]
+        return tuple(map(_stop_at, (*self.over, self.over[0])))
 
     @property
     def parts(self) -> tuple[int, ...]:
@@ -183,11 +172,9 @@ class Belt(Strung):
         """Names of its tensions."""
         return tuple(f"{self.name}_{k + 1}" for k in self.parts)
 
-    @property
-    def bodies(self) -> tuple[str, ...]:
-        """The bodies it touches, and the one in whose axes its normal is."""
-        touched = [wheel.body for wheel in self.over]
-        return tuple(dict.fromkeys(touched + ([self.axes] if self.axes != "world" else [])))
+
+def _stop_at(wheel: Pulley) -> CordStop:
+    return CordStop(wheel.body, wheel.center, wheel.radius, wheel.sense)
 
 
 def _unit(normal: tuple[float, float, float], where: str) -> tuple[float, float, float]:

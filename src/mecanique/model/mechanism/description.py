@@ -169,8 +169,7 @@ class Description:
 
 def bodies_with_mass(mechanism: Description) -> list[Body]:
     """Return the bodies that weigh something, the ground apart."""
-    others = (body for body in mechanism.bodies if body.name != mechanism.ground)
-    return [body for body in others if mechanism.evaluate(body.mass)]
+    return [body for body in bodies_with_inertia(mechanism) if mechanism.evaluate(body.mass)]
 
 
 def bodies_with_inertia(mechanism: Description) -> list[Body]:

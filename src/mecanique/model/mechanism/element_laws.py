@@ -215,7 +215,7 @@ class _Still:
             along = float(self.axis(hinge) @ self.axis(joint)) if isinstance(hinge, Single) else 0
             if not isinstance(hinge, Revolute) or abs(abs(along) - 1) > _NEAR:
                 return None
-            shares[hinge.coordinate] = sign * round(along)
+            shares[hinge.coordinate] = sign if along > 0 else -sign
         return shares
 
     def slides(self, joint: Single, holder: str) -> dict[str, int] | None:
