@@ -249,3 +249,9 @@ def test_columns_whole_numbers_and_names() -> None:
         names_of(3, "it")
     with pytest.raises(InputError, match=r"expected names for it, got \['a', 3\]"):
         names_of(["a", 3], "it")
+
+
+def test_limits_bound_a_position_on_either_side() -> None:
+    assert mq.Limits(lower=0.0).bounded
+    assert mq.Limits(upper=0.0).bounded
+    assert not mq.Limits(effort=1.0, velocity=1.0).bounded

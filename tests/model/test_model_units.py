@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 import pytest
+import sympy
 
 import mecanique as mq
 from mecanique.errors import InputError, MechanismError
 from mecanique.model.mechanism_units import units
-from mecanique.model.units import read_unit, say_unit
+from mecanique.model.units import (
+    PURE,
+    Dimensions,
+    HomogeneityError,
+    read_unit,
+    say_unit,
+)
 
 M, L = mq.Parameter("m", 2.0, "kg"), mq.Parameter("l", 1.0, "m")
 K, G = mq.Parameter("k", 3.0, "N/m"), mq.Parameter("g", 9.81, "m/s²")
@@ -233,3 +241,85 @@ def test_the_former_name_of_what_is_stated_warns() -> None:
         assert cord.quantities == cord.stated
     with pytest.raises(AttributeError, match="'Cord' object has no attribute 'quantity'"):
         assert cord.quantity
+
+
+KG, METER, SECOND = (1, 0, 0, 0, 0), (0, 1, 0, 0, 0), (0, 0, 1, 0, 0)
+LETTERS = Dimensions({"m": KG, "l": METER, "n": PURE}, {"x": METER, "t": SECOND})
+m, l, n, x, t, u = sympy.symbols("m l n x t u")
+
+
+@pytest.mark.parametrize(
+    ("expression", "dimension"),
+    [
+        (2.5, PURE),
+        (sympy.pi, PURE),
+        (u, None),
+        # whole numbers and fractions are pure beside what has a declared unit
+        (2 * l, METER),
+        (-x, METER),
+        (2 * x, None),
+        (2.5 * l, None),
+        (x * t, (0, 1, 1, 0, 0)),
+        (m * l**2 / t**2, (1, 2, -2, 0, 0)),
+        (m * u, None),
+        (sympy.sqrt(l), (0, Fraction(1, 2), 0, 0, 0)),
+        (l ** sympy.Rational(4, 2) * l ** sympy.Rational(1, 3), (0, Fraction(7, 3), 0, 0, 0)),
+        (l**0.5, (0, Fraction(1, 2), 0, 0, 0)),
+        (sympy.sqrt(l**2), METER),
+        (u**2, None),
+        (n**3, PURE),
+        (2**n, PURE),
+        (n**n, PURE),
+        (l + 3, METER),
+        (l + x, METER),
+        (x + t, None),
+        (t + t * n, SECOND),
+        (sympy.sin(l / x), PURE),
+        (sympy.sin(t), PURE),
+        (sympy.Abs(l), METER),
+        (sympy.sign(l), PURE),
+        (sympy.atan2(l, x), PURE),
+        (sympy.atan2(x, t), PURE),
+    ],
+)
+def test_dimensions_of_expressions(expression: Any, dimension: Any) -> None:
+    assert LETTERS.of(expression) == dimension
+
+
+@pytest.mark.parametrize(
+    ("expression", "said"),
+    [
+        (l + m, "l + m adds l [m] and m [kg]"),
+        (l + m + 3 * m, "adds 4*m [kg] and l [m] (4 counts as a pure number; a Parameter can"),
+        (l + x - 2 * l * m, "(-2 counts as a pure number"),
+        (m * (l + 2 * m * l) + 2 * l * t, "(2 counts as a pure number"),
+        (m - 2 * l, "(-2 counts as a pure number; a Parameter can have a unit)"),
+        (sympy.sin(l), "l, of which sin is taken, is in m, expected rad or a pure number"),
+        (sympy.exp(l * t), "l*t, of which exp is taken, is in m·s"),
+        (2**l, "the exponent l is in m"),
+        (l**n, "l, whose exponent is no number, is in m"),
+        (sympy.atan2(l, m), "atan2(l, m) compares l [m] with m [kg]"),
+        (sympy.Abs(l + m), "adds"),
+        (sympy.sign(l + m), "adds"),
+    ],
+)
+def test_what_does_not_fit_in_an_expression_is_said(expression: Any, said: str) -> None:
+    with pytest.raises(HomogeneityError) as raised:
+        LETTERS.of(expression)
+    assert said in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("dimension", "said"),
+    [
+        ((-1, 0, 0, 0, 0), "1/kg"),
+        ((0, 4, 0, 0, 0), "m⁴"),
+        ((0, -1, -2, 0, 0), "1/(m·s²)"),
+        ((2, 1, 0, 0, 0), "kg²·m"),
+        ((0, Fraction(1, 2), -1, 0, 0), "m^1/2/s"),
+        ((1, -1, -2, 0, 0), "Pa"),
+        ((0, 0, 0, 1, 0), "A"),
+    ],
+)
+def test_units_of_dimensions(dimension: Any, said: str) -> None:
+    assert say_unit(dimension) == said

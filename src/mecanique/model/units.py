@@ -130,7 +130,7 @@ class Dimensions:
             if different != its:
                 raise HomogeneityError(
                     f"{scalar} adds {first} [{say_unit(its)}] and {term} [{say_unit(different)}]"
-                    f"{_hint(term)}"
+                    f"{_hint(first) or _hint(term)}"
                 )
         return its
 
