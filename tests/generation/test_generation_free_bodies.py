@@ -67,7 +67,7 @@ def test_bodies_are_in_balance_and_each_kind_of_force_does_its_work(
 
     def work_of(actions: Iterable[AppliedWrench]) -> np.ndarray:
         entries = [x for action in actions for x in bodies.work(action)]
-        return at_states(entries).reshape(len(states), -1, mechanism.nv).sum(axis=1)
+        return np.asarray(np.sum(at_states(entries).reshape(len(states), -1, mechanism.nv), axis=1))
 
     acting = [*bodies.all(), *bodies.drives]
     for body in mechanism.bodies[1:]:

@@ -206,7 +206,8 @@ def test_elements_do_no_work_beyond_rounding() -> None:
 def test_numbers_by_name_in_order_or_many() -> None:
     zero, names = np.zeros(2), ("x", "y")
     np.testing.assert_array_equal(numbers_of(None, names, "it", zero + 3), [3, 3])
-    many = numbers_of({"y": [1.0, 2.0]}, names, "it", zero, many=True)
+    given: Any = {"y": [1.0, 2.0]}
+    many = numbers_of(given, names, "it", zero, many=True)
     np.testing.assert_array_equal(many, [[0, 1], [0, 2]])
     for given, wrong in (
         ([[1.0, 2.0]], r"expected shape \(2,\) for the it values \(x, y\), got \(1, 2\)"),

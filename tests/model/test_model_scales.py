@@ -223,7 +223,9 @@ def test_states_are_one_or_as_many_in_every_part() -> None:
     single = States.of(PENDULUM, [0.1, 0.2], [0.3, 0.4], 0.5)
     assert (len(single), single.single) == (1, True)
     np.testing.assert_array_equal(single.unbatch(np.array([[7.0]])), [7.0])
-    many = States.of(PENDULUM, {"q1": [1.0, 2.0]}, [0.3, 0.4], 0.5, tau={"q1": [5.0, 6.0]})
+    two: Any = {"q1": [1.0, 2.0]}
+    driven: Any = {"q1": [5.0, 6.0]}
+    many = States.of(PENDULUM, two, [0.3, 0.4], 0.5, tau=driven)
     assert (len(many), many.single) == (2, False)
     np.testing.assert_array_equal(many.v, [[0.3, 0.4], [0.3, 0.4]])
     np.testing.assert_array_equal(many.t, [0.5, 0.5])
@@ -234,7 +236,7 @@ def test_states_are_one_or_as_many_in_every_part() -> None:
     with pytest.raises(
         mq.InputError, match=r"one number of states in q, v, a and t, got q: 2, t: 3"
     ):
-        States.of(PENDULUM, {"q1": [1.0, 2.0]}, t=np.zeros(3))
+        States.of(PENDULUM, two, t=np.zeros(3))
     (force,) = mq.textbook.load("cart_pole").inputs
     pole = replace(
         mq.textbook.load("cart_pole"), inputs=(mq.Input(force.symbol, lambda t: 1 / (t - 1), "N"),)

@@ -115,8 +115,8 @@ def test_gravity_is_a_direction_or_a_parameter_of_this_name() -> None:
 def linkage() -> mq.Mechanism:
     """Hinges along ±y in turned frames, with a slide between them, and one that branches off."""
     frame = mq.Placement((0.3, 0, 0), (0.5, -0.2, 0.7))
-    across = tuple(float(x) for x in np.array(frame.rotation, dtype=float).T @ [0, 1.0, 0])
-    back = tuple(-x for x in across)
+    x, y, z = frame.rotation[1]
+    across, back = (x, y, z), (-x, -y, -z)
     names = ("a", "b", "c", "d", "e")
     return mq.Mechanism(
         "linkage",

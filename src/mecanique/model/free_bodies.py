@@ -315,7 +315,7 @@ def _stand(mechanism: Mechanism, joint: Joint) -> tuple[np.ndarray, np.ndarray]:
     return np.array(xyz), from_euler(np.array(rpy), "xyz")
 
 
-def _rows(given: Rows | None, components: str, what: str) -> np.ndarray:
+def _rows(given: Any, components: str, what: str) -> np.ndarray:
     """Return what was given as an array, shape (…, components); zero where nothing was."""
     return numbers_of(given, tuple(components), what, np.zeros(len(components)), many=True)
 
