@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -54,6 +56,25 @@ def test_other_questions_have_right_answers_too(ask: str) -> None:
         ("two_blocks", "transfer function", "G = (-(-k2))/(", "G(s) of q1 from F"),
         ("two_link_arm", "equilibrium force", "tau1 = ", "Find tau1, tau2 such that"),
         ("acrobot", "equilibrium", "q1 = pi", "Find all positions at rest."),
+        (
+            "cart_pole",
+            "equation of motion by Newton and Euler",
+            "(M + m) x''",
+            "Cut all bodies free",
+        ),
+        ("kepler_orbit", "equation of motion by virtual work", "- r phi'^2", "d'Alembert"),
+        (
+            "kepler_orbit",
+            "acceleration",
+            "phi'' = -2 phi' r'/r",
+            "accelerations in the",
+        ),
+        ("rigid_bar_pendulum", "reaction", "R_pin_n = m l q'^2/2 + m g cos(q)", "R_pin_n, R_pin_t"),
+        ("cart_pole", "driving force", "F = (M + m) x'' + m l cos(q) q''", "Find F by the motion"),
+        ("kepler_orbit", "conserved momentum", "p = m r^2 phi'", "Which coordinate is cyclic?"),
+        ("bead_on_hoop", "Jacobi's integral", "- m R^2 W^2 sin(theta)^2/2", "is not conserved"),
+        ("base_excited_mass", "undamped period", "T = 2 pi/sqrt(k/m)", "without the damping"),
+        ("base_excited_mass", "damped period", "T = 2 pi/sqrt(k/m - (c/m)^2/4)", "period T of the"),
     ],
 )
 def test_each_kind_of_question_has_a_verified_answer(
@@ -77,6 +98,12 @@ def test_each_kind_of_question_has_a_verified_answer(
         ("n_link_pendulum", "Hamiltonian", "more than two coordinates"),
         ("bead_on_hoop", "equilibrium", "its equilibria depend on its numbers"),
         ("simple_pendulum", "transfer function", "it has no single input"),
+        ("two_link_arm", "driving force", "it has no single input"),
+        ("simple_pendulum", "conserved momentum", "has no cyclic coordinate"),
+        ("simple_pendulum", "Jacobi's integral", "it has no Jacobi integral but its energy"),
+        ("rolling_disk", "reaction", "no reaction is determined"),
+        ("simple_pendulum", "damped period", "it is not damped"),
+        ("base_excited_mass", "period in seconds", "expected an undamped mechanism that swings"),
     ],
 )
 def test_a_question_that_a_system_does_not_have_is_refused(system: str, ask: str, why: str) -> None:
@@ -104,6 +131,36 @@ def test_the_steps_end_where_the_question_does(ask: str, last: str, left_out: st
     made = make_exercise("simple_pendulum", ask, seed=1)
     assert last in made.solution
     assert left_out not in made.solution
+
+
+@pytest.mark.parametrize(
+    ("ask", "letter", "unit", "of_frequency"),
+    [
+        ("frequency in hertz", "f", "Hz", lambda omega: omega / (2 * math.pi)),
+        ("period in seconds", "T", "s", lambda omega: 2 * math.pi / omega),
+    ],
+)
+def test_answers_in_numbers_have_four_digits_and_a_unit(
+    ask: str, letter: str, unit: str, of_frequency: Callable[[float], float]
+) -> None:
+    made = make_exercise("coupled_pendulums", ask, seed=3)
+    frequencies = mq.linearize(made.mechanism).frequencies
+    assert made.answer.splitlines() == [
+        f"{letter}{k} = {of_frequency(omega):.4g} {unit}" for k, omega in enumerate(frequencies, 1)
+    ]
+    assert made.rounded
+    assert f" in {unit}, for the numbers given, to four digits.**" in made.problem
+
+
+def test_other_methods_lead_to_their_equations_by_their_own_steps() -> None:
+    lagrange, balances, work = (
+        make_exercise("simple_pendulum", f"equation of motion{by}", seed=2, turned=False)
+        for by in ("", " by Newton and Euler", " by virtual work")
+    )
+    assert lagrange.answer == balances.answer == work.answer
+    assert "Kinetic energy" in lagrange.solution
+    assert "Free body bob: forces" in balances.solution
+    assert "Kinetic energy" not in balances.solution + work.solution
 
 
 def test_the_number_of_a_frequency_is_that_of_the_numbers_given() -> None:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple, final
 
 import numpy as np
@@ -14,8 +14,11 @@ import numpy as np
 from mecanique.derivation import derive
 from mecanique.derivation.linear import Linearized
 from mecanique.derivation.printing.equations import expression
-from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.symbolic.lagrange import Lagrange
+from mecanique.derivation.reduction import routh
+from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.symbolic.derivation import along_displacement
+from mecanique.derivation.symbolic.lagrange import Lagrange, energy_integral
+from mecanique.derivation.symbolic.multipliers import name_of
 from mecanique.errors import ClosureError, DerivationError, InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion import equilibria
@@ -24,6 +27,8 @@ from mecanique.motion.linear.linearize import linearize
 
 _PART = 1e-9
 """A position this near to a part of half a turn is that part."""
+
+_DIGITS = ", for the numbers given, to four digits"
 
 _FROM_T = """
    The entry of the mass matrix for two coordinates is the second derivative of T by their rates:
@@ -55,6 +60,42 @@ class Solver:
         """Return the equations of motion."""
         return WorkedAnswer(self._equations.text(), self._whole)
 
+    def motion_by(self, method: str) -> WorkedAnswer:
+        """Return the equations of motion, with the steps of another method."""
+        equations = derive(self._mechanism, method=method)
+        return WorkedAnswer(equations.text(), equations.text(steps=True))
+
+    def accelerations(self) -> WorkedAnswer:
+        """Return the equations of motion solved for the accelerations."""
+        solved = self._equations.solved().text()
+        self._refuse(not solved, "its accelerations are too long")
+        return WorkedAnswer(solved, self._whole)
+
+    def reactions(self) -> WorkedAnswer:
+        """Return the reactions in the joints in terms of the accelerations."""
+        equations = derive(self._mechanism, method="newton_euler")
+        derivation, lines = equations.derivation, dict[str, str]()
+        determined = {name_of(tie.multiplier) for tie in derivation.ties}
+        for name, series in derivation.reactions.items():
+            forces = {g.name for g in series.generators() if g.kind is Kind.REACTION}
+            if forces <= determined:
+                lines[name] = f"{name} = {_say(series)}"
+        self._refuse(not lines, "no reaction is determined")
+        return WorkedAnswer("\n".join(lines.values()), equations.text(steps=True), ", ".join(lines))
+
+    def driving_force(self) -> WorkedAnswer:
+        """Return the only input that a motion needs, and the equations that do without it."""
+        (symbol,) = self._inputs
+        derivation = self._equations.derivation
+        ring, lines = derivation.algebra.ring, list[str]()
+        accelerations = [ring[name] for name in derivation.algebra.accelerations]
+        for row, h, Q in zip(derivation.M, derivation.h, derivation.Q, strict=True):
+            whole = along_displacement(row, accelerations) + h - Q
+            lever = -whole.diff(symbol)
+            rest = _say(whole + lever * ring[symbol])
+            lines.append(f"{symbol} = {_over(rest, _say(lever))}" if lever else f"{rest} = 0")
+        return WorkedAnswer("\n".join(lines), self._whole, symbol)
+
     def kinetic(self) -> WorkedAnswer:
         """Return T."""
         return WorkedAnswer(f"T = {_say(self._lagrange.T)}", self._until("Kinetic energy"))
@@ -83,6 +124,22 @@ class Solver:
         name = self._rates[-1].removesuffix("'")
         momentum = self._lagrange.T.diff(self._rates[-1])
         return WorkedAnswer(f"p = {_say(momentum)}", self._until("Kinetic energy"), name)
+
+    def conserved_momentum(self) -> WorkedAnswer:
+        """Return the momentum of the first cyclic coordinate."""
+        try:
+            name = routh(self._mechanism).cyclic[0]
+        except DerivationError as error:
+            raise self._without(str(error)) from None
+        momentum = self._lagrange.T.diff(f"{name}'")
+        return WorkedAnswer(f"p = {_say(momentum)}", self._until("Kinetic energy"))
+
+    def jacobi(self) -> WorkedAnswer:
+        """Return Jacobi's integral, where the energy is not conserved."""
+        stages = energy_integral(self._lagrange, by_squares=False)
+        integrals = [s.results[0].right for s in stages if s.title == "Jacobi's integral"]
+        self._refuse(not integrals, "it has no Jacobi integral but its energy")
+        return WorkedAnswer(f"h = {_say(integrals[0])}", self._whole)
 
     def hamiltonian(self) -> WorkedAnswer:
         """Return H = p q' − L in momenta."""
@@ -121,16 +178,13 @@ class Solver:
             if acting:
                 slope = _say(self._lagrange.V.diff(velocity.removesuffix("'")))
                 lever = _say(Q.diff(acting[0]))
-                over = f"{_bracket(slope)}/{_bracket(lever)}"
-                lines.append(f"{acting[0]} = {slope if lever == '1' else over}")
+                lines.append(f"{acting[0]} = {_over(slope, lever)}")
         self._refuse(not lines, "no force holds it")
         return WorkedAnswer("\n".join(lines), self._until("Potential energy"), ", ".join(inputs))
 
     def transfer(self) -> WorkedAnswer:
         """Return the transfer function of the first coordinate from the only input."""
-        inputs = [signal.symbol for signal in self._mechanism.inputs]
-        self._refuse(len(inputs) != 1, "it has no single input")
-        (symbol,) = inputs
+        (symbol,) = self._inputs
         letters = self._linearize(dict.fromkeys(self._mechanism.coordinates, 0.0)).symbolic
         M, C, K = letters.matrices.M, letters.matrices.C, letters.matrices.K
         rows = [list(map(_polynomial, *row)) for row in zip(M, C, K, strict=True)]
@@ -159,24 +213,47 @@ class Solver:
 
     def frequency(self) -> WorkedAnswer:
         """Return the frequencies, in letters of a single one at zero, else in numbers."""
-        small = self._linearize()
+        small, named = self._vibrate("omega", "rad/s", lambda omega: omega)
         letters = small.symbolic
+        text, note = "\n".join(named), _DIGITS
+        if letters.square is not None and not small.q.any():
+            text, note = f"omega = sqrt({_say(letters.square)})", ""
+        said = f"With the numbers given: {', '.join(named)}"
+        return WorkedAnswer(text, self._linear_steps(letters, said), self._say_place(small), note)
+
+    def hertz(self) -> WorkedAnswer:
+        """Return the frequencies in numbers, in hertz."""
+        small, named = self._vibrate("f", "Hz", lambda omega: omega / (2 * np.pi))
+        return WorkedAnswer(
+            "\n".join(named), self._linear_steps(small.symbolic), self._say_place(small), _DIGITS
+        )
+
+    def seconds(self) -> WorkedAnswer:
+        """Return the periods in numbers, in seconds."""
+        small, named = self._vibrate("T", "s", lambda omega: 2 * np.pi / omega)
+        self._refuse(not small.frequencies.all(), "it can drift away")
+        return WorkedAnswer(
+            "\n".join(named), self._linear_steps(small.symbolic), self._say_place(small), _DIGITS
+        )
+
+    def _vibrate(
+        self, letter: str, unit: str, convert: Callable[[float], float]
+    ) -> tuple[Linearization, list[str]]:
+        """Return undamped vibrations about a stable equilibrium, with a line for each."""
+        small = self._linearize()
         self._refuse(
             not small.stable or bool(small.C.any()) or not small.frequencies.any(),
             "expected an undamped mechanism that swings about a stable equilibrium",
         )
-        named = [
-            f"omega{k if len(small.frequencies) > 1 else ''} = {omega:.4g} rad/s"
-            for k, omega in enumerate(small.frequencies, 1)
+        numbered = len(small.frequencies) > 1
+        return small, [
+            f"{letter}{k if numbered else ''} = {convert(omega):.4g} {unit}"
+            for k, omega in enumerate(small.frequencies.tolist(), 1)
         ]
-        text, note = "\n".join(named), ", for the numbers given, to four digits"
-        if letters.square is not None and not small.q.any():
-            text, note = f"omega = sqrt({_say(letters.square)})", ""
-        said = f"With the numbers given: {', '.join(named)}"
-        place = ", ".join(
-            f"{n} = {x:.4g}" for n, x in zip(self._mechanism.coordinates, small.q, strict=True)
-        )
-        return WorkedAnswer(text, self._linear_steps(letters, said), place, note)
+
+    def _say_place(self, small: Linearization) -> str:
+        pairs = zip(self._mechanism.coordinates, small.q, strict=True)
+        return ", ".join(f"{name} = {value:.4g}" for name, value in pairs)
 
     def period(self) -> WorkedAnswer:
         """Return the period of small oscillations about zero."""
@@ -189,12 +266,22 @@ class Solver:
         self._refuse(not damping, "it is not damped")
         return WorkedAnswer(f"omega = sqrt({_say(square)})", self._linear_steps(letters))
 
+    def undamped_period(self) -> WorkedAnswer:
+        """Return the period of a damped mechanism without its damping."""
+        answer = self.undamped_frequency()
+        return answer._replace(text=_invert(answer.text))
+
     def damped_frequency(self) -> WorkedAnswer:
         """Return the frequency of a damped mechanism, √(K/M − (C/2M)²)."""
         letters, square, damping = self._swing()
         self._refuse(not damping, "it is not damped")
         text = f"omega = sqrt({_say(square)} - ({damping})^2/4)"
         return WorkedAnswer(text, self._linear_steps(letters))
+
+    def damped_period(self) -> WorkedAnswer:
+        """Return the time between two passages of a damped mechanism in one sense."""
+        answer = self.damped_frequency()
+        return answer._replace(text=_invert(answer.text))
 
     def period_from_rest(self) -> WorkedAnswer:
         """Return the period at any amplitude, by an integral between −q0 and q0."""
@@ -226,6 +313,13 @@ class Solver:
     def _linear_steps(self, letters: Linearized, *more: str) -> str:
         lines = ("Equations of motion:", self._equations.text(), "", letters.text())
         return "\n".join([*lines, *(f"\n{said}" for said in more)])
+
+    @property
+    def _inputs(self) -> list[str]:
+        """The letter of the only input."""
+        inputs = [signal.symbol for signal in self._mechanism.inputs]
+        self._refuse(len(inputs) != 1, "it has no single input")
+        return inputs
 
     @property
     def _rates(self) -> tuple[str, ...]:
@@ -289,9 +383,18 @@ class Solver:
         return text.partition(f"\n\n{len(kept) + 1}. Equations of motion")[0]
 
 
+def _invert(frequency: str) -> str:
+    """Return the line of the period, T = 2π/ω, by that of a frequency."""
+    return f"T = 2 pi/{frequency.partition(' = ')[2]}"
+
+
 def _bracket(formula: str) -> str:
     """Return a formula as a factor: in brackets, unless it is a letter."""
     return formula if re.fullmatch(r"\w+'*", formula) else f"({formula})"
+
+
+def _over(above: str, below: str) -> str:
+    return above if below == "1" else f"{_bracket(above)}/{_bracket(below)}"
 
 
 def _subtract(product: tuple[str, str], other: tuple[str, str]) -> str:
@@ -322,10 +425,33 @@ class _Kind(NamedTuple):
     task: str
     answer: Callable[[Solver], WorkedAnswer]
     of: str = ""  # what follows its name where `mecanique.check` is asked
+    ask: str = ""  # what that is asked, if not its name
 
 
 KINDS = {
     "equation of motion": _Kind("Derive the {equations} of motion in the {q}.", Solver.motion),
+    "equation of motion by Newton and Euler": _Kind(
+        "Cut all bodies free, and derive the {equations} of motion in the {q} from the balances "
+        "of momentum and angular momentum.",
+        partial(Solver.motion_by, method="newton_euler"),
+        ask="equation of motion",
+    ),
+    "equation of motion by virtual work": _Kind(
+        "Derive the {equations} of motion in the {q} from d'Alembert's principle and virtual work.",
+        partial(Solver.motion_by, method="virtual_work"),
+        ask="equation of motion",
+    ),
+    "acceleration": _Kind(
+        "Give the {accelerations} in the {q} and {rates}.",
+        Solver.accelerations,
+        ask="equation of motion",
+    ),
+    "reaction": _Kind("Find the reactions in the joints, {what}.", Solver.reactions),
+    "driving force": _Kind(
+        "Find {what} by the motion in the {q}, and what the motion obeys besides.",
+        Solver.driving_force,
+        ask="equation of motion",
+    ),
     "kinetic energy": _Kind("Write the kinetic energy T in the {q} and {rates}.", Solver.kinetic),
     "potential energy": _Kind("Write the potential energy V in the {q}.", Solver.potential),
     "Lagrangian": _Kind(
@@ -334,6 +460,16 @@ KINDS = {
     "energy": _Kind("Write the energy E = T + V in the {q} and {rates}.", Solver.energy),
     "conserved quantity": _Kind(
         "Find a quantity that is constant in every motion, in the {q} and {rates}.", Solver.energy
+    ),
+    "conserved momentum": _Kind(
+        "Which coordinate is cyclic? Write the momentum p that is conserved.",
+        Solver.conserved_momentum,
+        ask="conserved quantity",
+    ),
+    "Jacobi's integral": _Kind(
+        "The energy is not conserved. Find the integral h of the motion in the {q} and {rates}.",
+        Solver.jacobi,
+        ask="conserved quantity",
     ),
     "mass matrix": _Kind("Write the mass matrix M for the {q}{order}.", Solver.mass_matrix),
     "momentum": _Kind("Write the canonical momentum p of {what}.", Solver.momentum, " of {what}"),
@@ -357,6 +493,16 @@ KINDS = {
         "Find the natural angular {frequencies} of small motions about {what}{note}.",
         Solver.frequency,
     ),
+    "frequency in hertz": _Kind(
+        "Find the natural {frequencies} f of small motions about {what} in Hz{note}.",
+        Solver.hertz,
+        ask="frequency",
+    ),
+    "period in seconds": _Kind(
+        "Find the {periods} T of small motions about {what} in s{note}.",
+        Solver.seconds,
+        ask="frequency",
+    ),
     "period": _Kind("Find the period T of small oscillations about zero.", Solver.period),
     "period from rest": _Kind(
         "Find the period T of the motion that begins at rest at {what}.", Solver.period_from_rest
@@ -365,9 +511,19 @@ KINDS = {
         "Find the angular frequency omega of small oscillations about zero without the damping.",
         Solver.undamped_frequency,
     ),
+    "undamped period": _Kind(
+        "Find the period T of small oscillations about zero without the damping.",
+        Solver.undamped_period,
+        ask="undamped frequency",
+    ),
     "damped frequency": _Kind(
         "Find the angular frequency omega of the damped small oscillations about zero.",
         Solver.damped_frequency,
+    ),
+    "damped period": _Kind(
+        "Find the period T of the damped small oscillations about zero.",
+        Solver.damped_period,
+        ask="damped frequency",
     ),
     "transfer function": _Kind(
         "Find the transfer function G(s) of {what}, for small motions about zero.",

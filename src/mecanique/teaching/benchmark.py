@@ -53,8 +53,9 @@ class Score:
         for name, points in self.points.items():
             kinds.setdefault(name.split("/")[1], []).append(points)
         lines = [f"{self.mean:.1%} of {len(self.points)} tasks"]
+        wide = max(map(len, kinds), default=0)
         for kind, listed in sorted(kinds.items()):
-            lines.append(f"  {kind:22}{sum(listed) / len(listed):7.1%} of {len(listed)}")
+            lines.append(f"  {kind:{wide}}{sum(listed) / len(listed):7.1%} of {len(listed)}")
         return "\n".join(lines)
 
 

@@ -98,14 +98,13 @@ def make_exercise(
     except MechanismError:
         # moments of inertia that no body has together; the catalogue's are those of one
         mechanism = card.mechanism()
-    note = ""
-    if turned and ask != "frequency":
+    kind, note = KINDS[ask], ""
+    if turned and (kind.ask or ask) != "frequency":
         mechanism, note = _turn(mechanism, draw)
-    kind = KINDS[ask]
     answer, steps, what, more = kind.answer(Solver(mechanism))
     task = _word_task(kind.task, mechanism.coordinates.names, what, more)
-    ask += kind.of.format(what=what)
-    verdict = Checker(mechanism).check(answer, ask)
+    asked = (kind.ask or ask) + kind.of.format(what=what)
+    verdict = Checker(mechanism).check(answer, asked)
     rounded = bool(more) and verdict.outcome == "right except for form"
     if not (verdict.right or rounded):
         raise InputError(
@@ -136,7 +135,7 @@ def make_exercise(
     made = Exercise(
         title=card.title,
         mechanism=mechanism,
-        ask=ask,
+        ask=asked,
         problem=f"{problem}\n",
         solution=f"{solution}\n",
         answer=answer,
@@ -154,6 +153,8 @@ def _word_task(task: str, names: tuple[str, ...], what: str, note: str) -> str:
         equations="equations" if several else "equation",
         momenta="momenta" if several else "momentum",
         frequencies="frequencies" if several else "frequency",
+        periods="periods" if several else "period",
+        accelerations="accelerations" if several else "acceleration",
         rates="their rates" if several else "its rate",
         order=", in this order" if several else "",
         what=what,
