@@ -58,11 +58,11 @@ def test_other_questions_have_right_answers_too(ask: str) -> None:
         ("acrobot", "equilibrium", "q1 = pi", "Find all positions at rest."),
         (
             "cart_pole",
-            "equation of motion by Newton and Euler",
+            "equation of motion by newton_euler",
             "(M + m) x''",
-            "Cut all bodies free",
+            "cut free",
         ),
-        ("kepler_orbit", "equation of motion by virtual work", "- r phi'^2", "d'Alembert"),
+        ("kepler_orbit", "equation of motion by virtual_work", "- r phi'^2", "d'Alembert"),
         (
             "kepler_orbit",
             "acceleration",
@@ -155,7 +155,7 @@ def test_answers_in_numbers_have_four_digits_and_a_unit(
 def test_other_methods_lead_to_their_equations_by_their_own_steps() -> None:
     lagrange, balances, work = (
         make_exercise("simple_pendulum", f"equation of motion{by}", seed=2, turned=False)
-        for by in ("", " by Newton and Euler", " by virtual work")
+        for by in ("", " by newton_euler", " by virtual_work")
     )
     assert lagrange.answer == balances.answer == work.answer
     assert "Kinetic energy" in lagrange.solution

@@ -13,6 +13,7 @@ import numpy as np
 
 from mecanique.derivation import derive
 from mecanique.derivation.linear import Linearized
+from mecanique.derivation.methods import METHODS
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.reduction import routh
 from mecanique.derivation.scalars.series import Kind, Series
@@ -56,13 +57,24 @@ class Solver:
         except DerivationError as error:
             raise InputError(f"no exercise about {mechanism.name!r}: {error}") from None
 
+    def ask(self, name: str) -> WorkedAnswer:
+        """Return the answer to a kind of question, with what its letters of lengths mean."""
+        kind = KINDS[name]
+        answer, ring = kind.answer(self), self._equations.derivation.algebra.ring
+        written = set(re.findall(r"\w+", answer.text))
+        if _MOTION in (kind.ask, name):  # whose letters are known where equations are judged
+            written = set()
+        roots = {ring.generators[k].name: a.argument for k, a in ring.atoms.items() if a.named}
+        lines = [f"{rho} = sqrt({_say(roots[rho])})" for rho in roots if rho in written]
+        return answer._replace(text="\n".join([*lines, answer.text]))
+
     def motion(self) -> WorkedAnswer:
         """Return the equations of motion."""
         return WorkedAnswer(self._equations.text(), self._whole)
 
     def motion_by(self, method: str) -> WorkedAnswer:
         """Return the equations of motion, with the steps of another method."""
-        equations = derive(self._mechanism, method=method)
+        equations = derive(self._mechanism, method)
         return WorkedAnswer(equations.text(), equations.text(steps=True))
 
     def accelerations(self) -> WorkedAnswer:
@@ -73,7 +85,8 @@ class Solver:
 
     def reactions(self) -> WorkedAnswer:
         """Return the reactions in the joints in terms of the accelerations."""
-        equations = derive(self._mechanism, method="newton_euler")
+        by_methods = (derive(self._mechanism, method) for method in METHODS)
+        equations = next((e for e in by_methods if e.derivation.reactions), self._equations)
         derivation, lines = equations.derivation, dict[str, str]()
         determined = {name_of(tie.multiplier) for tie in derivation.ties}
         for name, series in derivation.reactions.items():
@@ -419,7 +432,10 @@ def _say(series: Series) -> str:
     return expression(series).text()
 
 
-class _Kind(NamedTuple):
+_MOTION = "equation of motion"
+
+
+class Question(NamedTuple):
     """A kind of question: its words, and what answers it."""
 
     task: str
@@ -429,103 +445,104 @@ class _Kind(NamedTuple):
 
 
 KINDS = {
-    "equation of motion": _Kind("Derive the {equations} of motion in the {q}.", Solver.motion),
-    "equation of motion by Newton and Euler": _Kind(
-        "Cut all bodies free, and derive the {equations} of motion in the {q} from the balances "
-        "of momentum and angular momentum.",
-        partial(Solver.motion_by, method="newton_euler"),
-        ask="equation of motion",
-    ),
-    "equation of motion by virtual work": _Kind(
-        "Derive the {equations} of motion in the {q} from d'Alembert's principle and virtual work.",
-        partial(Solver.motion_by, method="virtual_work"),
-        ask="equation of motion",
-    ),
-    "acceleration": _Kind(
+    _MOTION: Question("Derive the {equations} of motion in the {q}.", Solver.motion),
+    **{
+        f"{_MOTION} by {name}": Question(
+            f"Derive the {{equations}} of motion in the {{q}} from {method.title}.",
+            partial(Solver.motion_by, method=name),
+            ask=_MOTION,
+        )
+        for name, method in METHODS.items()
+    },
+    "acceleration": Question(
         "Give the {accelerations} in the {q} and {rates}.",
         Solver.accelerations,
-        ask="equation of motion",
+        ask=_MOTION,
     ),
-    "reaction": _Kind("Find the reactions in the joints, {what}.", Solver.reactions),
-    "driving force": _Kind(
+    "reaction": Question("Find the reactions in the joints, {what}.", Solver.reactions),
+    "driving force": Question(
         "Find {what} by the motion in the {q}, and what the motion obeys besides.",
         Solver.driving_force,
-        ask="equation of motion",
+        ask=_MOTION,
     ),
-    "kinetic energy": _Kind("Write the kinetic energy T in the {q} and {rates}.", Solver.kinetic),
-    "potential energy": _Kind("Write the potential energy V in the {q}.", Solver.potential),
-    "Lagrangian": _Kind(
+    "kinetic energy": Question(
+        "Write the kinetic energy T in the {q} and {rates}.", Solver.kinetic
+    ),
+    "potential energy": Question("Write the potential energy V in the {q}.", Solver.potential),
+    "Lagrangian": Question(
         "Write Lagrange's function L = T − V in the {q} and {rates}.", Solver.lagrangian
     ),
-    "energy": _Kind("Write the energy E = T + V in the {q} and {rates}.", Solver.energy),
-    "conserved quantity": _Kind(
+    "energy": Question("Write the energy E = T + V in the {q} and {rates}.", Solver.energy),
+    "conserved quantity": Question(
         "Find a quantity that is constant in every motion, in the {q} and {rates}.", Solver.energy
     ),
-    "conserved momentum": _Kind(
+    "conserved momentum": Question(
         "Which coordinate is cyclic? Write the momentum p that is conserved.",
         Solver.conserved_momentum,
         ask="conserved quantity",
     ),
-    "Jacobi's integral": _Kind(
+    "Jacobi's integral": Question(
         "The energy is not conserved. Find the integral h of the motion in the {q} and {rates}.",
         Solver.jacobi,
         ask="conserved quantity",
     ),
-    "mass matrix": _Kind("Write the mass matrix M for the {q}{order}.", Solver.mass_matrix),
-    "momentum": _Kind("Write the canonical momentum p of {what}.", Solver.momentum, " of {what}"),
-    "Hamiltonian": _Kind(
+    "mass matrix": Question("Write the mass matrix M for the {q}{order}.", Solver.mass_matrix),
+    "momentum": Question(
+        "Write the canonical momentum p of {what}.", Solver.momentum, " of {what}"
+    ),
+    "Hamiltonian": Question(
         "Write Hamilton's function H in the {q} and the canonical {momenta} {what}.",
         Solver.hamiltonian,
     ),
-    "Hamilton's equations": _Kind(
+    "Hamilton's equations": Question(
         "Write Hamilton's equations in the {q} and the canonical {momenta} {what}.",
         Solver.canonical,
     ),
-    "state space": _Kind(
+    "state space": Question(
         "Write the equations of motion as equations of first order, with {what} for {rates}.",
         Solver.state_space,
     ),
-    "equilibrium": _Kind("Find all positions at rest.", Solver.equilibrium),
-    "equilibrium force": _Kind(
+    "equilibrium": Question("Find all positions at rest.", Solver.equilibrium),
+    "equilibrium force": Question(
         "Find {what} such that the mechanism rests at any position.", Solver.holding_force
     ),
-    "frequency": _Kind(
+    "frequency": Question(
         "Find the natural angular {frequencies} of small motions about {what}{note}.",
         Solver.frequency,
     ),
-    "frequency in hertz": _Kind(
+    "frequency in hertz": Question(
         "Find the natural {frequencies} f of small motions about {what} in Hz{note}.",
         Solver.hertz,
         ask="frequency",
     ),
-    "period in seconds": _Kind(
+    "period in seconds": Question(
         "Find the {periods} T of small motions about {what} in s{note}.",
         Solver.seconds,
         ask="frequency",
     ),
-    "period": _Kind("Find the period T of small oscillations about zero.", Solver.period),
-    "period from rest": _Kind(
+    "period": Question("Find the period T of small oscillations about zero.", Solver.period),
+    "period from rest": Question(
         "Find the period T of the motion that begins at rest at {what}.", Solver.period_from_rest
     ),
-    "undamped frequency": _Kind(
+    "undamped frequency": Question(
         "Find the angular frequency omega of small oscillations about zero without the damping.",
         Solver.undamped_frequency,
     ),
-    "undamped period": _Kind(
+    "undamped period": Question(
         "Find the period T of small oscillations about zero without the damping.",
         Solver.undamped_period,
         ask="undamped frequency",
     ),
-    "damped frequency": _Kind(
+    "damped frequency": Question(
         "Find the angular frequency omega of the damped small oscillations about zero.",
         Solver.damped_frequency,
     ),
-    "damped period": _Kind(
+    "damped period": Question(
         "Find the period T of the damped small oscillations about zero.",
         Solver.damped_period,
         ask="damped frequency",
     ),
-    "transfer function": _Kind(
+    "transfer function": Question(
         "Find the transfer function G(s) of {what}, for small motions about zero.",
         Solver.transfer,
         " of {what}",

@@ -101,7 +101,7 @@ def make_exercise(
     kind, note = KINDS[ask], ""
     if turned and (kind.ask or ask) != "frequency":
         mechanism, note = _turn(mechanism, draw)
-    answer, steps, what, more = kind.answer(Solver(mechanism))
+    answer, steps, what, more = Solver(mechanism).ask(ask)
     task = _word_task(kind.task, mechanism.coordinates.names, what, more)
     asked = (kind.ask or ask) + kind.of.format(what=what)
     verdict = Checker(mechanism).check(answer, asked)
