@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -188,6 +189,45 @@ def test_an_included_model_merges_into_the_one_that_includes_it(tmp_path: Path) 
         read_sdf(main)
 
 
+def test_models_of_gazebo_stand_beside_its_worlds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for folder in ("robots/models/arm", "more/leg", "robots/worlds/test"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "robots" / "models" / "arm" / "model.sdf").write_text(model(A))
+    (tmp_path / "more" / "leg" / "model.sdf").write_text(model(A))
+    uris = ("model://arm", "arm", "model://leg")
+    inside = "".join(
+        f"<include><uri>{uri}</uri><name>{k}</name></include>" for k, uri in enumerate(uris)
+    )
+    world = tmp_path / "robots" / "worlds" / "test" / "w.sdf"
+    world.write_text(f'<sdf version="1.7"><world name="w">{inside}</world></sdf>')
+    said = f"w.sdf:1: the model 'model://leg' is not found in {world.parent} and above; name the "
+    with pytest.raises(mq.InputError, match=re.escape(said)):
+        read_sdf(world)
+    monkeypatch.setenv("GZ_SIM_RESOURCE_PATH", str(tmp_path / "more"))
+    assert read_sdf(world).nv == 18
+
+
+def test_axes_are_the_models_only_where_their_version_can_say_so(tmp_path: Path) -> None:
+    choice = "<axis><xyz>0 1 0.5</xyz><use_parent_model_frame>1</use_parent_model_frame></axis>"
+    turned = A + link("b", "<pose>0 0 1 0.3 0.2 0.1</pose>") + joint("r", "a", "b", choice)
+    plain = A + link("b", "<pose>0 0 1 0.3 0.2 0.1</pose>")
+    plain += joint("r", "a", "b", "<axis><xyz>0 1 0.5</xyz></axis>")
+
+    def axes(mechanism: mq.Mechanism) -> dict[str, Any]:
+        return {j.name: j.axis for j in mechanism.joints if isinstance(j, mq.Revolute)}
+
+    new, old = read_sdf(model(turned, "1.7")), read_sdf(model(turned, "1.6"))
+    assert axes(new) == axes(read_sdf(model(plain, "1.7"))) != axes(old)
+    assert "1 choices of the model's axes, which SDF 1.7 has no more" in new.about
+    # a model that is included has a version of its own, and no other
+    (tmp_path / "new.sdf").write_text(model(turned, "1.7"))
+    main = tmp_path / "main.sdf"
+    main.write_text(model(turned + "<include><uri>new.sdf</uri><name>n</name></include>", "1.6"))
+    assert axes(read_sdf(main)) == {**axes(old), "n::r": axes(new)["r"]}
+
+
 def test_drakes_mimic_is_a_law_of_one_joint() -> None:
     tied = '<drake:mimic joint="q" multiplier="-2" offset="0.1"/>'
     text = model(TWO + joint("r", "a", "b", more=tied))
@@ -273,7 +313,10 @@ def test_commands_take_it_and_say_what_is_left_out(tmp_path: Path) -> None:
             "joint 'r' mimics 'z', which is not there",
         ),
         (model("<include><uri>https://x.y/z</uri></include>"), "https:// are not fetched"),
-        (model("<include><uri>a.sdf</uri></include>"), "the model 'a.sdf' is not found"),
+        (
+            model("<include><uri>a.sdf</uri></include>"),
+            "the model 'a.sdf' is not found in the empty search path; name the folder that ",
+        ),
         (model(A.replace("<mass>2", "<mass>0")), "expected a positive <mass>, got 0: engines take"),
         (model(f'<link name="a">{MASS}<kinematic>1</kinematic></link>'), "a kinematic link"),
     ],

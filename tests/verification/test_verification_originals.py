@@ -252,3 +252,24 @@ def test_pinocchio_is_asked_where_it_is_there(monkeypatch: pytest.MonkeyPatch) -
         )
         titles = [engine.title for engine in engines._choose(("pinocchio", "mujoco"))]
         assert titles == (["Pinocchio", "MuJoCo"] if there else ["MuJoCo"])
+
+
+def test_drake_knows_joints_by_models_in_models() -> None:
+    pytest.importorskip("pydrake")
+    link = (
+        '<link name="{}"><pose>0.1 0 {} 0 0.3 0</pose><inertial><mass>{}</mass></inertial></link>'
+    )
+    axis = "<axis><xyz>0 1 0</xyz></axis>"
+    joint = (
+        '<joint name="j" type="revolute"><parent>{}</parent><child>{}</child>' + axis + "</joint>"
+    )
+    inner = f'<model name="n">{link.format("c", 2, 3)}{joint.format("a", "c")}{{}}</model>'
+    outer = (
+        f'<model name="{{}}">{link.format("b", 1, "{}")}{joint.format("world", "b")}{{}}</model>'
+    )
+    inner = inner.format(link.format("a", 1, 2))
+    models = outer.format("m", 1, inner) + outer.format("o", 4, "")
+    world = f'<sdf version="1.9"><world name="w">{models}</world></sdf>'
+    (found,) = read_by(mq.read(world), ("drake",), 0)
+    assert found.alike == ("mecanique",)
+    assert not found.sentences()

@@ -57,6 +57,9 @@ _UNBOUNDED = 1e16
 _SLANT = 1e-6
 """How far a quaternion's length may be from one: libsdformat does not correct it."""
 
+_FRAMES = (1, 7)
+"""The version since which axes name the frame that they are in, instead of a choice of two."""
+
 _MOST_DEPTH = 20
 """Deepest nesting of models, so that one which includes itself ends."""
 
@@ -145,6 +148,7 @@ class _Joint:
     parent: _Link
     child: _Link
     pose: Array  # in the world
+    version: tuple[int, int]  # of SDF in its file
 
 
 def read_sdf(
@@ -359,7 +363,7 @@ class _Reader(Source):
     ) -> None:
         if depth > _MOST_DEPTH:
             raise self.refuse(element, f"models are nested deeper than {_MOST_DEPTH}")
-        around = element
+        around, version = element, self._version
         placed = element.attributes.get("placement_frame", "")
         pose, relative = self._pose_in(element)
         if element.tag == "include":
@@ -397,6 +401,7 @@ class _Reader(Source):
                     self._note_joint(child, scope)
                 case "model" | "include":
                     self._model(child, scope, True, depth + 1, static=static)
+        self._version = version
         model_frame.attached_to = name
         model_frame.link = self._canonical(element, scope)
         if merges:
@@ -440,27 +445,30 @@ class _Reader(Source):
     def _find_model(self, element: Element, uri: str) -> Path:
         scheme, separator, rest = uri.partition("://")
         if separator and scheme not in ("model", "package", "file"):
-            raise self.refuse(element, f"models of {scheme}:// are not fetched: {uri[:60]!r}")
+            message = f"models of {scheme}:// are not fetched: {uri[:60]!r}"
+            raise self.refuse(element, f"{message}; fetch it, and name its folder by model://…")
         rest = rest if separator else uri
         candidates: list[Path] = []
-        if scheme in ("model", "package") and separator:
+        named = separator and scheme != "file"
+        if not named and self.file is not None and not Path(rest).is_absolute():
+            near = Path(element.file).parent if element.file else self.file.parent
+            candidates.append(near / rest)
+        if scheme != "file":  # Gazebo seeks bare names among its models, too
             package, _, inside = rest.strip("/").partition("/")
             folder = self._search.package(package)
             candidates += [] if folder is None else [folder / inside]
-        elif self.file is not None and not Path(rest).is_absolute():
-            near = Path(element.file).parent if element.file else self.file.parent
-            candidates.append(near / rest)
         if any(part == ".." for part in Path(rest).parts):
             raise self.refuse(element, f"expected a model below this file, got {uri[:60]!r}")
         for candidate in candidates:
             if candidate.is_file():
                 return candidate
             if candidate.is_dir():
-                named = [candidate / "model.sdf", *sorted(candidate.glob("*.sdf"))]
-                existing = [file for file in named if file.is_file()]
+                files = [candidate / "model.sdf", *sorted(candidate.glob("*.sdf"))]
+                existing = [file for file in files if file.is_file()]
                 if existing:
                     return existing[0]
-        raise self.refuse(element, f"the model {uri[:60]!r} is not found")
+        message = f"the model {uri[:60]!r} is not found in {self._search.searched}"
+        raise self.refuse(element, f"{message}; name the folder that holds it (--package-path DIR)")
 
     # links
 
@@ -557,8 +565,12 @@ class _Reader(Source):
         frame = _Frame(element, pose, scope, relative or child, attached_to=child)
         self._add_frame(element, scope, name, frame)
         placeholder = self._ground
-        joint = _Joint(element, scope, f"{scope.name}{name}", placeholder, placeholder, np.eye(4))
+        ends = placeholder, placeholder
+        joint = _Joint(element, scope, f"{scope.name}{name}", *ends, np.eye(4), self._version)
         self._carried.append(joint)
+        for axis in element.all("axis") if self._version >= _FRAMES else ():
+            if self._is_true(axis, "use_parent_model_frame", False):
+                self.omitted["choices of the model's axes, which SDF 1.7 has no more"] += 1
 
     def _join_all(self, world: _Scope) -> None:
         """Join the links to a tree from the world; joints that are left close loops."""
@@ -612,12 +624,13 @@ class _Reader(Source):
         """An axis in the joint's frame."""
         xyz = self._numbers_in(axis, "xyz", (0, 0, 1))
         stated = axis.child("xyz") if axis is not None else None
-        old = self._version < (1, 5)  # there axes are those of the model
+        old = joint.version < (1, 5)  # there axes are those of the model
+        chosen = joint.version < _FRAMES and axis is not None
         turn = np.eye(3)
         if stated is not None and (name := stated.attributes.get("expressed_in", "")):
             frame = self._find(joint.scope, name, stated)
             turn = joint.pose[:3, :3].T @ self._place(frame)[:3, :3]
-        elif axis is not None and self._is_true(axis, "use_parent_model_frame", old):
+        elif axis is not None and chosen and self._is_true(axis, "use_parent_model_frame", old):
             model_frame = joint.scope.frames["__model__"]
             turn = joint.pose[:3, :3].T @ self._place(model_frame)[:3, :3]
         try:

@@ -6,7 +6,7 @@ import json
 import logging
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, final
 
 import numpy as np
@@ -76,7 +76,9 @@ def _answer(asked: dict[str, Any]) -> dict[str, Any]:
     plant.Finalize()
     context = plant.CreateDefaultContext()
     single = [joint for joint in every if joint.num_velocities() == 1]
-    names = [joint.name() for joint in single]
+    scopes = [plant.GetModelInstanceName(joint.model_instance()) for joint in single]
+    pairs = zip(scopes, single, strict=True)
+    names = [_called(f"{scope}::{joint.name()}", asked["q"]) for scope, joint in pairs]
     at = [joint.velocity_start() for joint in single]
     rest = np.array(plant.GetPositions(context))
     masses, biases, passive = [], [], []
@@ -95,6 +97,12 @@ def _answer(asked: dict[str, Any]) -> dict[str, Any]:
         passive.append((bias - whole)[at].tolist())
     answers = {"mass": masses, "bias": biases, "passive": passive}
     return {"joints": names, **answers, "complaints": heard.said}
+
+
+def _called(scoped: str, asked: Iterable[str]) -> str:
+    """Return what is asked for by the longest end of a scoped name, or else its last part."""
+    ends = (name for name in asked if f"::{scoped}".endswith(f"::{name}"))
+    return max(ends, key=len, default=scoped.rpartition("::")[2])
 
 
 @final

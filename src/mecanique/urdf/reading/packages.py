@@ -12,6 +12,9 @@ from typing import TypeAlias, final
 PackagePath: TypeAlias = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
 """Folders that hold packages: a path, several joined by the system's separator, or a sequence."""
 
+_PATHS = ("ROS_PACKAGE_PATH", "GZ_SIM_RESOURCE_PATH", "SDF_PATH", "GAZEBO_MODEL_PATH")
+"""Variables of the environment with folders that hold packages of ROS and models of Gazebo."""
+
 _MOST_NAMED = 4
 """So many folders of the search path are named where something is not found."""
 
@@ -50,7 +53,8 @@ class MeshSearch:
 
     def __init__(self, file: Path | None, package_path: PackagePath | None = None) -> None:
         self._folder = None if file is None else Path(os.path.abspath(file)).parent
-        self._path = [*_folders(package_path), *_folders(os.environ.get("ROS_PACKAGE_PATH"))]
+        self._path = _folders(package_path)
+        self._path += [folder for name in _PATHS for folder in _folders(os.environ.get(name))]
         prefixes = _folders(os.environ.get("AMENT_PREFIX_PATH"))
         self._path += [prefix / "share" for prefix in prefixes]
         self._path += _find_fetched()
@@ -119,6 +123,7 @@ class MeshSearch:
                 if folder.name == package or _declares(folder, package):
                     yield folder
                 yield folder / package
+                yield folder / "models" / package  # beside the worlds of Gazebo
         # folders of another name whose package.xml has this one
         for folder in (*self._path, *self._around):
             for inside in _list_packages(folder):
