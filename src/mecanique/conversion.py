@@ -21,6 +21,7 @@ from mecanique.formats.scope import (
     list_lengths,
     list_losses,
     list_omissions,
+    weld_constants,
 )
 from mecanique.formats.sdf import read_sdf
 from mecanique.formats.sdf_write import name_in_sdf, write_sdf
@@ -37,7 +38,7 @@ from mecanique.urdf.read import read_urdf
 from mecanique.urdf.write import axial_steps, chains, law_of_follower, write_urdf
 from mecanique.verification.engines import read_text_by
 from mecanique.verification.verdict import EngineReading
-from mecanique.wording import Legible
+from mecanique.wording import Legible, say_count
 
 _STATES = 100
 """Number of random states at which source and result are compared."""
@@ -150,6 +151,9 @@ def convert(
         raise InputError(f"expected one of {known} for the format, got {form!r}")
     if not isinstance(states, int) or states < 1:
         raise InputError(f"expected a number of states from 1, got {states!r}")
+    joints = mechanism.joints
+    mechanism = weld_constants(mechanism, form)
+    welded = sum(a is not b for a, b in zip(joints, mechanism.joints, strict=True))
     lost = list_losses(mechanism, form)
     mechanism = leave_tendons_out(mechanism, form)
     text = _WRITERS[form](mechanism)
@@ -171,6 +175,9 @@ def convert(
         bare, by_engines, installed, seed, states, _passive_forces(result, form)
     )
     unstated = list_omissions(mechanism, form)
+    if welded:
+        named = say_count(welded, "joint")
+        unstated += (f"the constant coordinates of {named}: welds in their place",)
     return Conversion(form, text, (*lost, *unstated), worst, states, readings)
 
 

@@ -120,6 +120,26 @@ def test_sdf_states_loops_where_all_coordinates_are_zero() -> None:
     )
 
 
+@pytest.mark.parametrize("form", ["URDF", "SDF", "MJCF"])
+def test_a_joint_that_is_held_is_a_weld(form: Form) -> None:
+    rod = '<geom type="capsule" size="0.1" fromto="0 0 0 0.2 0 -1"/>'
+    hinge = '<joint name="{0}" axis="{1}" ref="20" stiffness="{2}"/>'
+    inner = f'<body name="c" pos="0 0 -1">{hinge.format("s", "1 0 0", 3)}{rod}</body>'
+    slide = f'<joint name="r" type="slide" axis="0 3 4" ref="0.1" damping="1"/>{rod}'
+    middle = f'<body name="b" pos="0 0 -1">{hinge.format("h", "0 1 1", 2)}{slide}{inner}</body>'
+    body = f'<body name="a">{hinge.format("q", "0 1 0", 0)}{rod}{middle}</body>'
+    held = '<joint joint1="h" polycoef="0.3"/><joint joint1="r" polycoef="-0.2"/>'
+    text = f"<mujoco><worldbody>{body}</worldbody><equality>{held}</equality></mujoco>"
+    mechanism = mq.read(text)
+    out = mq.convert(mechanism, form, states=20)
+    assert out.proved, str(out)
+    told = "the constant coordinates of 2 joints: welds in their place"
+    assert (told in out.lost) == (form != "MJCF")
+    result, q, v = mq.read(out.text), np.array([0.4, -0.7]), np.array([0.3, 0.9])
+    ours, theirs = mq.Reference(mechanism), mq.Reference(result)
+    assert ours.acceleration(q, v) == pytest.approx(theirs.acceleration(q, v), rel=1e-9)
+
+
 def test_a_share_of_the_weight_may_be_taken_off_a_body() -> None:
     mechanism = _chain("slide")
     center = mechanism.bodies[1].center

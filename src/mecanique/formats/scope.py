@@ -10,6 +10,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
+from mecanique.formats.sources import placement_at, turn_about, unit_vector
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.bodies.visuals import Mesh
@@ -18,7 +19,7 @@ from mecanique.model.expression import coordinate, evaluate, plain, symbols_in
 from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import Damper, Force, JointDamper, JointSpring, Spring
 from mecanique.model.joint_base import Single
-from mecanique.model.joints import Fixed, Floating, Joint, Planar, Prismatic
+from mecanique.model.joints import Fixed, Floating, Joint, Planar, Prismatic, Revolute
 from mecanique.model.mechanism import Mechanism
 from mecanique.urdf.dialect import UNBOUNDED
 from mecanique.urdf.write import axial_steps, law_of_follower
@@ -236,6 +237,40 @@ def leave_tendons_out(mechanism: Mechanism, form: Form) -> Mechanism:
         joints=tuple(joint for joint in m.joints if joint.name not in left),
         forces=tuple(force for force in m.forces if getattr(force, "joint", "") not in left),
         coordinates=replace(m.coordinates, map=laws),
+    )
+
+
+def weld_constants(mechanism: Mechanism, form: Form) -> Mechanism:
+    """Return a mechanism whose joints with constant coordinates are welds, as URDF and SDF state.
+
+    Followers have leaders there, and what is constant has none.
+    """
+    driven, held = mechanism.coordinates.driven, dict[str, Array]()
+    for joint in mechanism.joints if form != "MJCF" and not mechanism.elements else ():
+        if not isinstance(joint, Revolute | Prismatic) or joint.coordinate not in driven:
+            continue
+        law, place = driven[joint.coordinate], np.eye(4)
+        if symbols_in(plain(law)) - mechanism.values.keys():
+            continue
+        axis, at = unit_vector(mechanism.evaluate_all(joint.axis)), mechanism.evaluate(law)
+        if joint.turns:
+            place[:3, :3] = turn_about(axis, at)
+        else:
+            place[:3, 3] = at * axis
+        held[joint.name] = mechanism.matrix(joint.origin) @ place
+    if not held:
+        return mechanism
+    joints = [
+        Fixed(j.name, j.parent, j.child, origin=placement_at(held[j.name])) if j.name in held else j
+        for j in mechanism.joints
+    ]
+    gone = {c for j in mechanism.joints if j.name in held for c in j.coordinates}
+    laws = tuple((name, law) for name, law in driven.items() if name not in gone)
+    return replace(
+        mechanism,
+        joints=tuple(joints),
+        forces=tuple(f for f in mechanism.forces if getattr(f, "joint", "") not in held),
+        coordinates=replace(mechanism.coordinates, map=laws),
     )
 
 

@@ -78,7 +78,7 @@ def _answer(asked: dict[str, Any]) -> dict[str, Any]:
     single = [joint for joint in every if joint.num_velocities() == 1]
     scopes = [plant.GetModelInstanceName(joint.model_instance()) for joint in single]
     pairs = zip(scopes, single, strict=True)
-    names = [_called(f"{scope}::{joint.name()}", asked["q"]) for scope, joint in pairs]
+    names = [_pick_name(f"{scope}::{joint.name()}", asked["q"]) for scope, joint in pairs]
     at = [joint.velocity_start() for joint in single]
     rest = np.array(plant.GetPositions(context))
     masses, biases, passive = [], [], []
@@ -99,7 +99,7 @@ def _answer(asked: dict[str, Any]) -> dict[str, Any]:
     return {"joints": names, **answers, "complaints": heard.said}
 
 
-def _called(scoped: str, asked: Iterable[str]) -> str:
+def _pick_name(scoped: str, asked: Iterable[str]) -> str:
     """Return what is asked for by the longest end of a scoped name, or else its last part."""
     ends = (name for name in asked if f"::{scoped}".endswith(f"::{name}"))
     return max(ends, key=len, default=scoped.rpartition("::")[2])
