@@ -30,7 +30,12 @@ from mecanique.model import (
 )
 from mecanique.model.constraints.loops import CLOSED
 from mecanique.reference import Reference, assemble, assembly_branches, degrees_of_freedom
-from mecanique.reference.loops.assembly import _damped_step, close_velocity, project
+from mecanique.reference.loops.assembly import (
+    _damped_step,
+    _distance,
+    close_velocity,
+    project,
+)
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.independent import Independent
 
@@ -614,3 +619,21 @@ def test_slopes_at_a_position_are_those_of_the_whole_closure(kind: str) -> None:
     J, rounding = closures.slopes(q, 0.3)
     np.testing.assert_allclose(J, whole.jacobian, rtol=1e-14, atol=1e-14)
     np.testing.assert_allclose(rounding, whole.rounding, rtol=1e-14, atol=0)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_positions_are_as_far_apart_in_millimeters_as_in_kilometers(size: float) -> None:
+    """Two sliders of a crank: by the way of the slider in characteristic lengths, or by turns."""
+    crank = textbook.load("slider_crank", r=0.5 * size, l=1.2 * size)
+    closed = Reference(crank).closed
+    assert closed is not None
+    first, second = (
+        assemble(crank, {"theta": theta, "beta": -theta / 2, "x": 1.6 * size}, keep=("theta",))
+        for theta in (0.3, 0.31)
+    )
+    way = abs(second[2] - first[2]) / closed.closures.length
+    turn = max(abs(np.sin(0.31) - np.sin(0.3)), abs(np.cos(0.31) - np.cos(0.3)))
+    assert _distance(closed, first, second, 0.0) == pytest.approx(max(way, turn), rel=1e-6)
+    # far along alone, in lengths of the mechanism
+    aside = first + np.array([0, 0, 3 * closed.closures.length])
+    assert _distance(closed, first, aside, 0.0) == pytest.approx(3, rel=1e-9)

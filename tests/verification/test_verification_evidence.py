@@ -44,7 +44,7 @@ def spatial_arm(factor: float = 1.0) -> mq.Mechanism:
         "spatial",
         (mq.Body("ground"), mq.Body("a", first), mq.Body("b", second)),
         (
-            mq.Revolute("one", "ground", "a", axis=(0.6, 0, 0.8), origin=mq.Placement((0, 0, 1))),
+            mq.Revolute("one", "ground", "a", axis=(0.6, 0, 0.8), origin=mq.Placement((0, 0, 1.3))),
             mq.Revolute("two", "a", "b", axis=(0, 0.6, 0.8), origin=place),
         ),
         gravity=(0, 0, -9.81),
@@ -290,6 +290,7 @@ def test_a_turn_carries_one_direction_to_another_by_the_smallest_angle() -> None
     pairs = [random.normal(size=(2, 3)) for _ in range(5)]
     a, e = np.array([0.6, 0.0, 0.8]), np.eye(3)
     pairs += [np.array(x) for x in ((a, a), (a, -a), (e[0], -e[0]), (e[2], -e[2]), (e[0], e[1]))]
+    pairs.append(np.array([[1.0, 2.0, -2.0], [-1.0, -2.0, 2.0]]))
     for pair in pairs:
         first, second = pair / np.linalg.norm(pair, axis=1, keepdims=True)
         R = joints._from_to(first, second)
@@ -306,12 +307,13 @@ def test_mass_moments_give_mass_center_and_inertia_back() -> None:
     assert mass == m
     np.testing.assert_allclose(center, c, rtol=0, atol=1e-14)
     np.testing.assert_allclose(tensor, inertia, rtol=0, atol=1e-14)
-    mass, center, tensor = links.parts_of(joints._shift(moments_of(m, c, inertia), 3.0))
-    np.testing.assert_allclose(center, 3 * c, rtol=0, atol=1e-14)
-    np.testing.assert_allclose(tensor, inertia, rtol=0, atol=1e-14)
-    assert mass == m
     mass, center, _ = links.parts_of(moments_of(0.0, c, inertia))
     assert (mass, *center) == (0, 0, 0, 0)
+    # a center of mass farther out, with the inertia about it as it was
+    for weight, place in ((m, c), (m, np.array([0.1, 0.2, 0.0])), (0.0, c)):
+        shifted = joints._shift(moments_of(weight, place, inertia), 3.0)
+        expected = moments_of(weight, 3 * place, inertia)
+        np.testing.assert_allclose(shifted, expected, rtol=0, atol=1e-14)
 
 
 def test_a_link_of_any_moments_is_judged_by_ten_rows_as_by_all() -> None:
@@ -644,6 +646,9 @@ def test_each_family_of_a_link_says_what_it_changes_and_how_plain_that_is() -> N
         still = family.change(0 * x).moments[1]
         np.testing.assert_allclose(still, J, rtol=1e-12, atol=1e-14)
         assert_amount(family.amount(x), amount.digits, amount.ways, amount.share)
+    for which in (0, 1, 7):
+        times = Amount.of(2.5 * (m if which < 2 else 1.0), m if which < 2 else 1.0)
+        assert families[which].amount(np.array([1.5])).digits == times.digits
     lighter = families[2].say(np.array([-0.25]), np.zeros(1))
     assert f"a point mass of {m / 4:.6g} kg less" in lighter
 
@@ -711,6 +716,8 @@ def test_each_family_of_a_joint_moves_turns_or_tilts_it_as_it_says() -> None:
         np.testing.assert_allclose(family.change(0 * x).origins[k], X, rtol=0, atol=1e-14)
         assert text in family.say(x, x), name
         assert_amount(family.amount(x), amount.digits, amount.ways, amount.share)
+    # as plain as the factor or what it adds to one
+    assert found["longer"].amount(np.array([1.5])).digits == 2
     # an axis is tilted to either side by the angle that is given
     along = np.array([0, 0.6, 0.8])
     for x in (np.array([0.25, 0.0]), np.array([0.0, -0.25])):
