@@ -184,9 +184,7 @@ def _by_name(first: Iterable[str], second: Iterable[str]) -> dict[str, str]:
 
 def _alike(joint_a: Joint, twin_joint: Joint, body: Body, twin: Body) -> bool:
     """Whether two joints with other names and their children are the same in all numbers."""
-    if type(joint_a) is not type(twin_joint) or isinstance(joint_a, Fixed) != isinstance(
-        twin_joint, Fixed
-    ):
+    if type(joint_a) is not type(twin_joint):
         return False
     origins = [
         np.array([*joint.origin.xyz, *np.ravel(joint.origin.rotation)], dtype=float)

@@ -24,7 +24,7 @@ from mecanique.textbook import load
 from mecanique.verification.chapter.row import ChapterRow, agreement, decision, identity, misprint
 
 _G = (0.0, 0.0, -9.81)
-_PUSH, _AT, _COUPLE = (3.0, -2.0, 5.0), (0.4, 0.1, -0.3), (0.7, 0.2, -1.1)
+_PUSH, _AT, _COUPLE = (3.0, 2.0, 5.0), (0.4, 0.1, 0.3), (0.7, 0.2, 1.1)
 _CLOUD = (
     "sums over 30 particles of a rigid cloud, thrown and turning under weight, a force and a "
     "couple, against "
