@@ -17,6 +17,7 @@ from derivation_law import cos, exp, sin, sqrt, tan
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sympy import sympify
+from systems import derive_system
 
 from mecanique.derivation.printing.equations import equations, expression
 from mecanique.derivation.printing.expressions import (
@@ -658,3 +659,17 @@ def test_formulas_of_sympy_keep_their_value(text: str) -> None:
     numbers = dict(zip(letters, np.linspace(0.4, 1.3, len(letters)), strict=True))
     written = from_sympy(value, {}).sympy()
     assert float(written.subs(numbers)) == pytest.approx(float(value.subs(numbers)), rel=1e-14)
+
+
+@pytest.mark.parametrize("method", ["newton_euler", "virtual_work"])
+def test_what_holds_for_all_bodies_is_said_once(method: str) -> None:
+    text = " ".join(derive_system("double_pendulum", method).text(steps=True).split())
+    general = {
+        "newton_euler": "equals the resultant force. Listed are the position r of that center",
+        "virtual_work": "Each force F does work in the virtual displacement δr of its point",
+    }
+    assert text.count(general[method]) == 1
+    assert text.count("forces are positive along them, moments about -y.") == 1
+    # what is said of a body points at it
+    massless = " ".join(derive_system("rolling_disk", "newton_euler").text(steps=True).split())
+    assert massless.count("It has no mass, so the forces on it are in balance.") == 2

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -16,7 +17,7 @@ from mecanique.errors import UnknownNameError
 from mecanique.figure.coordinates import coordinates
 from mecanique.figure.draw import figure_tex, figure_text
 from mecanique.figure.freebody import cut_free
-from mecanique.figure.mechanism import NUT, THREADS, connections, figure, given_motions, nuts
+from mecanique.figure.mechanism import NUT, THREADS, connections, figure, given_motions, loads, nuts
 from mecanique.figure.paper.files import svg, tex
 from mecanique.figure.paper.marks import (
     STYLES,
@@ -495,3 +496,27 @@ def test_a_figure_in_latex_is_that_of_the_svg() -> None:
 def test_letters_of_a_figure_are_safe_in_latex(written: str, printed: str) -> None:
     mark = Words(np.zeros(2), rich(written))
     assert f"${printed}$" in tex([mark])
+
+
+def test_a_legend_sets_greek_letters_as_formulas_do() -> None:
+    drawn = mq.picture(mq.textbook.load("screw_press")).svg
+    assert "lower end at θ = 0" in re.sub(r"<[^>]*>", "", drawn)
+
+
+def test_an_attraction_is_drawn_on_every_body_that_can_move() -> None:
+    """As it acts at the instant: along the line of both ends, or along -grad V of a field."""
+    planet = mq.textbook.load("kepler_orbit")
+    assert mq.picture(planet).svg.count("attraction") == 1  # the sun stands on the ground
+    x, _, z = mq.position()
+    saddle = mq.PotentialField("saddle", "bob", (0, 0, 0), 3.0 * (z**2 - x**2))
+    pendulum = mq.textbook.load("simple_pendulum")
+    bob = pendulum.bodies[-1].name
+    pushed = replace(pendulum, forces=(replace(saddle, body=bob, point=(0, 0, -1.0)),))
+    where = setting(pushed, mq.Reference(pushed), posture(pushed), np.zeros(1), 0.0)
+    (tip,) = [mark for mark in loads(where) if isinstance(mark, Stroke) and mark.closed]
+    at = where.point(bob, (0, 0, -1.0))
+    along = tip.points[0] - tip.points[1:].mean(axis=0)
+    slope = np.array([6.0 * at[0], 6.0 * at[2]])  # -grad V, on paper with y downwards
+    np.testing.assert_allclose(
+        along / np.hypot(*along), slope / np.hypot(*slope), rtol=1e-9, atol=0
+    )

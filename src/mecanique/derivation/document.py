@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -205,15 +206,19 @@ class Document:
     def _outline(self, steps: bool) -> Iterator[_Part]:
         """Yield the steps, if asked for, the equations of motion, and what they come to."""
         rows, derivation = self.equations, self.derivation
-        if steps:
-            for stage in derivation.stages:
-                yield _Part(stage.title, stage.explanation, stage.results)
+        said = set[str]()
+        for stage in derivation.stages if steps else ():
+            # what holds for all bodies is said once; what points back at one stays with it
+            sentences = re.split(r"(?<=\.) ", stage.explanation)
+            new = (s for s in sentences if s not in said or s.startswith(("It ", "About it ")))
+            yield _Part(stage.title, " ".join(new), stage.results)
+            said.update(sentences)
         closing = self._closing if steps else _DIVIDED.format("that ")
         matrices, taken = (self._matrices, derivation.assumptions) if steps else (None, ())
         yield _Part(_EQUATIONS, closing if rows else self._nothing, rows, matrices, taken)
-        said, solved = self.result if steps else self._eliminated
+        ending, solved = self.result if steps else self._eliminated
         if solved:
-            yield _Part("Result", said, solved)
+            yield _Part("Result", ending, solved)
 
     def _write_html(
         self, steps: bool, write: Callable[[Equation | Result], str], below: Sequence[str] = ()
