@@ -6,6 +6,9 @@ import pytest
 
 import mecanique as mq
 from mecanique.derivation.laws import laws_of
+from mecanique.derivation.scalars.elementary import sqrt
+from mecanique.derivation.scalars.series import Ring
+from mecanique.derivation.symbolic.forces import assume_length, length_names
 from mecanique.errors import DerivationError, EngineError
 from mecanique.model.force_base import BodyLoad, FieldLoad, JointLoad, LineLoad
 from mecanique.reference.engine.forces.loads import law_of
@@ -71,3 +74,29 @@ def test_a_force_without_a_law_is_refused() -> None:
         laws_of(muscle, float)
     with pytest.raises(EngineError, match="no law is known for force 'muscle', a Muscle"):
         law_of(muscle)
+
+
+def test_a_root_in_a_length_is_the_length_only_where_nothing_is_added_to_it() -> None:
+    ring = Ring()
+    x, h = ring.coordinate("x"), ring.parameter("h")
+    rho, other = (sqrt(x**2 + (k * h) ** 2, name=f"rho{k}") for k in (1, 2))
+    lengths = {"spring": rho, "band": other + h, "cord": rho, "bar": x, "rod": h * sqrt(1 + x**2)}
+    assert length_names(ring, lengths.items()) == {
+        "rho1": "length of spring and cord [m]",
+        "rho2": "root in the length of band",
+    }
+    twice = [("spring", rho), ("band", 2 * rho)]
+    for told in (twice, twice[::-1]):
+        (meaning,) = length_names(ring, told).values()
+        assert meaning.startswith("root in the length of ")
+
+
+def test_a_length_that_is_no_root_is_taken_as_positive_if_it_can_change_its_sign() -> None:
+    """A rational length may: √(x + l)² is x + l, and √2 (x + l) for a diagonal."""
+    ring = Ring()
+    x, l = ring.coordinate("x"), ring.parameter("l")
+    for length in (x + l, sqrt(ring.number(2)) * (x + l)):
+        (taken,) = assume_length("spring", length)
+        assert (taken.subject, taken.positive) == ("the length of spring", length)
+    assert not assume_length("spring", l)
+    assert not assume_length("spring", sqrt(x**2 + l**2))

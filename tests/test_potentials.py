@@ -10,6 +10,10 @@ import pytest
 import mecanique as mq
 from mecanique.motion.inertial import on_turning_earth
 
+
+from mecanique.derivation.printing.equations import expression
+from mecanique.derivation.symbolic.forces import stored_in_loads
+
 M = mq.Parameter("m", 2.0, "kg")
 K = mq.Parameter("k", 3.0, "N/m")
 B = mq.Parameter("b", 5.0, "N/m³")
@@ -359,3 +363,49 @@ def test_written_code_has_the_potential_of_any_parameters() -> None:
     made = mq.generate(mq.derive(plane(TRAP)), "python", "acceleration,energy")
     assert made.verdict is not None
     assert max(made.verdict.worst.values()) < 1e-14
+
+
+def loaded(along: object, across: object) -> mq.Mechanism:
+    """A particle on two slides under a load with components along x and y."""
+    return mq.Mechanism(
+        "loaded",
+        (mq.Body("ground"), mq.Body("led"), mq.Body("ball", mq.particle(M))),
+        (
+            mq.Prismatic("along", "ground", "led", axis=(1, 0, 0), coordinate="x"),
+            mq.Prismatic("across", "led", "ball", axis=(0, 1, 0), coordinate="y"),
+        ),
+        forces=(mq.Force("load", "ball", (0, 0, 0), (along, across, 0)),),
+        parameters=(M, K, C, W),
+        gravity=(0, 0, 0),
+    )
+
+
+@pytest.mark.parametrize(
+    ("potential", "along", "across"),
+    [
+        ("k x^2/2", -K * X, 0),
+        ("k x y", -K * Y, -K * X),
+        ("c x^2 y - c y^3/3", -2 * C * X * Y, C * (Y**2 - X**2)),
+        ("-2 sin(x) cos(y)", 2 * mq.cos(X) * mq.cos(Y), -2 * mq.sin(X) * mq.sin(Y)),
+    ],
+)
+def test_a_load_that_derives_from_a_potential_has_it(
+    potential: str, along: object, across: object
+) -> None:
+    (V,) = stored_in_loads(loaded(along, across)).values()
+    assert expression(V).text() == potential
+
+
+@pytest.mark.parametrize(
+    "components",
+    [
+        (-K * Y, K * X),  # it turns around the origin
+        (Y, 0),
+        (-K * X * mq.cos(W * mq.time()), 0),
+        (-mq.velocity("y"), mq.velocity("x")),
+        (3.0, 0),  # a constant load, as a motor's, is told as a load
+        (0, 0),
+    ],
+)
+def test_a_load_without_a_potential_has_none(components: tuple[object, object]) -> None:
+    assert not stored_in_loads(loaded(*components))

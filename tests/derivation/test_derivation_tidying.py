@@ -9,10 +9,18 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from mecanique.derivation.scalars.cancel import divide_exactly, tidy, without_common_divisor
+from mecanique.derivation.scalars.cancel import (
+    by_velocity,
+    divide_exactly,
+    integrate,
+    tidy,
+    without_common_divisor,
+    without_rounding,
+)
 from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.scalars.functions import function, function_without_arcs
-from mecanique.derivation.scalars.series import Ring
+from mecanique.derivation.scalars.series import Ring, Series
+from mecanique.derivation.tolerances import ROUNDING
 
 
 def test_terms_over_a_root_come_together() -> None:
@@ -55,6 +63,76 @@ def test_what_all_terms_are_divided_by_is_left_out() -> None:
     assert without_common_divisor(q / (a + q)) == q
     kept = q / (a + q) + b
     assert without_common_divisor(kept) == kept
+
+
+def test_a_divisor_of_all_terms_is_left_out_as_often_as_all_contain_it() -> None:
+    """x''/(R² − x²) + x x'²/(R² − x²)² = 0 is x'' + x x'²/(R² − x²) = 0."""
+    ring = Ring()
+    x, R, t = ring.coordinate("x"), ring.parameter("R"), ring.time
+    v, a, s = ring["x'"], ring["x''"], R**2 - x**2
+    by = 1 / s
+    assert without_common_divisor(a * by + x * v**2 * by**2) == a + x * v**2 * by
+    assert without_common_divisor(a * by**3 + x * v**2 * by**2) == a * by + x * v**2
+    by = 1 / function("sqrt")(s)
+    assert without_common_divisor(a * by + v**2 * by**3) == a + v**2 * by**2
+    for changing in (1 + t, 1 + v):  # these may pass zero
+        assert without_common_divisor(a / changing) == a / changing
+
+
+@pytest.mark.parametrize(
+    ("share", "kept"), [(1.1, True), (-1.1, True), (0.9, False), (-0.9, False)]
+)
+def test_rounding_is_told_by_the_largest_coefficient_without_a_root(
+    share: float, kept: bool
+) -> None:
+    ring = Ring()
+    a, b, q = ring.parameter("a"), ring.parameter("b"), ring.coordinate("q")
+    root = function("sqrt")(a**2 + q**2)
+    small = 700 * Fraction(ROUNDING) * Fraction(share)
+    rest = small * b * q
+    summed = [700 * a / 3 * 3, rest, 10**20 * root]
+    assert without_rounding(ring.sum([a, rest]), summed) == (a + rest if kept else a)
+    assert without_rounding(ring.sum([a, rest / 3]), [x / 3 for x in summed]) == (
+        a + rest / 3 if kept else a
+    )
+    waves = function("cos")(q) * rest
+    assert without_rounding(waves, summed) == (waves if kept else 0)
+    assert without_rounding(small * root, summed) == small * root
+
+
+def test_coefficients_of_velocities_are_tidied_one_by_one() -> None:
+    ring = Ring()
+    x, y, l = ring.coordinate("x"), ring.coordinate("y"), ring.parameter("l")
+    v, w = ring["x'"], ring["y'"]
+    root = function("sqrt")(l**2 - x**2)
+    whole = l**2 / root**2
+    series = (x**2 / root**2 + 1) * v**2 * w + y * w / root + x
+    assert by_velocity(series, ("x'", "y'")) == whole * v**2 * w + y * w / root + x
+
+
+def integrals(ring: Ring) -> list[Series]:
+    q, l = ring.coordinate("q"), ring.parameter("l")
+    alpha, t = ring.parameter("alpha"), ring.time
+    sin, cos = function("sin"), function("cos")
+    return [
+        *(q**n for n in (-3, -2, 0, 1, 4)),
+        3 * l * q**2 / 7 - t,
+        sin(q),
+        5 * cos(2 * q + alpha) * l - sin(3 * q - t),
+        cos(l * q) * t**2,
+        q * cos(alpha),
+    ]
+
+
+def test_an_integral_has_its_series_as_derivative() -> None:
+    ring = Ring()
+    for series in integrals(ring):
+        integral = integrate(series, "q")
+        assert integral is not None
+        assert integral.diff("q") == series
+    q, sin = ring["q"], function("sin")
+    for beyond in (1 / q, q * sin(q), sin(q**2), q + q**2 * sin(q)):
+        assert integrate(beyond, "q") is None
 
 
 @pytest.mark.parametrize("arc", ["asin", "acos", "atan"])

@@ -42,7 +42,7 @@ def length_names(ring: Ring, lengths: Iterable[tuple[str, Series]]) -> dict[str,
         for g in length.generators():
             if g.index in ring.atoms and ring.atoms[g.index].named:
                 found.setdefault(g.name, []).append(name)
-                whole[g.name] = length == ring[g.name]
+                whole[g.name] = whole.get(g.name, True) and length == ring[g.name]
     return {
         name: f"{'length' if whole[name] else 'root in the length'} of {' and '.join(owners)}"
         + (" [m]" if whole[name] else "")
