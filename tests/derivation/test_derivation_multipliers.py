@@ -5,12 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import mecanique as mq
 from mecanique.derivation.numeric.constraints.multipliers import (
     HeldMotion,
     _energy_units,
+    _has_definite,
+    is_locked,
     solve_held,
 )
-from mecanique.derivation.numeric.constraints.rows import RowUnits
+from mecanique.derivation.numeric.constraints.rows import Constraints, RowUnits
+from mecanique.model.states import States
 
 
 def rows(units: list[float], blocks: list[int] | None = None) -> RowUnits:
@@ -93,3 +97,68 @@ def test_a_massless_velocity_is_measured_by_the_lightest_one_its_loops_tie_it_to
     np.testing.assert_allclose(
         _energy_units(np.zeros((1, 1)), J[:, :1], np.ones(1)), [1.0], rtol=1e-14, atol=0
     )
+
+
+@pytest.mark.parametrize(("apart", "independent"), [(1e-3, True), (1e-6, False)])
+def test_rows_that_differ_by_rounding_are_one(apart: float, independent: bool) -> None:
+    """A direction that differs by δ is met with the part δ² of what inertia and rows have."""
+    J = np.array([[1.0, 0.0], [1.0, apart]])
+    motion = solved(np.eye(2), np.array([1.0, 2.0]), J, np.zeros(2), rows([1.0, 1.0]))
+    assert motion.determined.all() == independent
+    assert motion.acceleration[1] == pytest.approx(0.0 if independent else 2.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("forms", "definite"),
+    [
+        ([[[1.0, 0], [0, -1]]], False),
+        ([[[1.0, 0], [0, 0]]], False),
+        ([[[-2.0, 0], [0, -1]]], True),
+        ([[[1.0, 0], [0, -1]], [[-1.0, 0], [0, 2]]], True),
+        ([[[1.0, 0], [0, -1]], [[0.0, 1], [1, 0]]], False),
+        ([[[1.0, 0], [0, -3]], [[-2.0, 0], [0, 8]], [[0, 3.0], [3, 0]]], True),
+        ([[[1.0, 0], [0, 2e-6]]], True),
+        ([[[1.0, 0], [0, 0.5e-6]]], False),
+    ],
+)
+def test_a_combination_of_forms_is_definite_or_none_is(
+    forms: list[list[list[float]]], definite: bool
+) -> None:
+    assert _has_definite(np.array(forms, dtype=float)) == definite
+
+
+POINT = mq.Mechanism(
+    "point",
+    (mq.Body("ground"), mq.Body("slider"), mq.Body("point", mq.particle(1.0))),
+    (
+        mq.Prismatic("along", "ground", "slider", axis=(1, 0, 0), coordinate="x"),
+        mq.Prismatic("across", "slider", "point", axis=(0, 1, 0), coordinate="y"),
+    ),
+)
+
+
+@pytest.mark.parametrize(
+    ("slopes", "curves", "locked"),
+    [
+        ([[0, 0]], [[1, 1]], True),  # x² + y² = 0
+        ([[0, 0]], [[1, -1]], False),  # x² = y² along its diagonals
+        ([[0, 0], [0, 0]], [[1, -1], [-1, 2]], True),
+        ([[1, 0], [1, 0]], [[0, 0], [0, 1]], True),  # x = 0 and x + y² = 0
+        ([[1, 0], [1, 0]], [[0, 1], [0, 1]], False),  # the same parabola twice
+        ([[1, 0], [0, 2]], [[0, 1], [0, 1]], False),  # no motion at all, but a regular position
+        ([[1, 0]], [[0, 1]], False),
+    ],
+)
+@pytest.mark.parametrize("driven", [0.0, 3.0])
+def test_loops_of_second_order_lock_a_point(
+    slopes: list[list[float]], curves: list[list[float]], locked: bool, driven: float
+) -> None:
+    """Φ = J (x, y) + a x² + b y², beside parts of γ that prescribed motions have."""
+
+    def at(states: States) -> Constraints:
+        n, m = len(states), len(slopes)
+        bent = 2 * states.v**2 @ np.array(curves, dtype=float).T + driven * (1 + states.v[:, :1])
+        return Constraints(np.zeros((n, m)), np.tile(np.array(slopes, float), (n, 1, 1)), bent, [])
+
+    state = States.of(POINT, np.zeros((1, 2)), np.zeros((1, 2)))
+    assert is_locked(state, at) == locked

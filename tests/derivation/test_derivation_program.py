@@ -105,6 +105,7 @@ def test_derivatives_are_those_of_a_complex_step(formula: Formula) -> None:
         ("acos", (0.6,), (-1.25,)),
         ("Abs", (-0.4,), (-1.0,)),
         ("sign", (-0.4,), (0.0,)),
+        ("sign", (0.0,), (0.0,)),
         ("atan2", (3.0, -4.0), (-4 / 25, -3 / 25)),
         ("pow", (2.0, 3.0), (12.0, 8 * math.log(2.0))),
     ],

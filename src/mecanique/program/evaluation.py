@@ -50,4 +50,4 @@ def evaluate(
 
     values = replay(tape, outputs, read, numpy_function)
     columns = [np.broadcast_to(value, (states,)) for value in values]
-    return np.stack(columns, axis=-1) if columns else np.zeros((states, 0))
+    return np.stack(columns, axis=1) if columns else np.zeros((states, 0))

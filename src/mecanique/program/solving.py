@@ -56,8 +56,8 @@ def eliminate(system: Sequence[Sequence[Any]], rest: Sequence[Any]) -> list[Any]
     for k, pivot in enumerate(rows):
         for row in rows[k + 1 :]:
             part = row[k] / pivot[k]
-            for j in range(k + 1, len(row)):
-                row[j] = row[j] - part * pivot[j]
+            pairs = zip(row[k + 1 :], pivot[k + 1 :], strict=True)
+            row[k + 1 :] = [entry - part * other for entry, other in pairs]
     x: list[Any] = []
     for k in reversed(range(len(rows))):
         known = sum((a * b for a, b in zip(rows[k][k + 1 : -1], x, strict=True)), 0.0)

@@ -176,7 +176,7 @@ def acceleration_field(w: Triple, alpha: Triple) -> Rows:
     if type(w) is np.ndarray or type(alpha) is np.ndarray:
         w = np.zeros_like(alpha) if w is STILL else w
         U = w[:, None] * w
-        if alpha is not STILL and alpha.shape[-1] > U.shape[-1]:
+        if alpha is not STILL and alpha.shape[1] > U.shape[2]:
             U = np.broadcast_to(U, (3, *alpha.shape)).copy()
         entries = U.reshape(9, -1)
         entries[::4] -= entries[0] + entries[4] + entries[8]

@@ -186,8 +186,8 @@ class Recursion(BatchDynamics):
         """Return the kinetic energy T and the potential energy V, each shape (n,) [J]."""
         tree = self.at(states)
         T, V = tree.energy()
-        zero = np.zeros(len(states))
-        return T + zero, V + Forces(tree.letters, tree).energy() + zero
+        n = len(states)
+        return np.full(n, T), np.full(n, V + Forces(tree.letters, tree).energy())
 
     def poses(self, states: States) -> list[np.ndarray]:
         """Return the pose of every link, in the order of the tree, each shape (n, 4, 4)."""

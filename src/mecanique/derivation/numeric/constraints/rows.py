@@ -117,7 +117,7 @@ class Held:
         )
         turn = _turn_sizes(A)
         # p = Rᵀ (p_B − p_A) turns with frame a, and p_B − p_A is as certain as its two terms
-        far = sum(np.linalg.norm(X.value[:, :3, 3], axis=-1) for X in (A, B))
+        far = sum(np.linalg.norm(X.value[:, :3, 3], axis=1) for X in (A, B))
         shift = _shift_sizes(A) + _shift_sizes(B) + turn * np.reshape(far, (-1, 1))
         turn = turn + _turn_sizes(B)
         return [turn if row.startswith("r") else shift for row in CLOSED[loop.kind]]

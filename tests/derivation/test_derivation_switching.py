@@ -1,0 +1,225 @@
+"""What a mode holds, what an impact changes and what each element has left, by hand."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.linalg import solve
+
+import mecanique as mq
+from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.switching import (
+    BACKWARD,
+    CLOSED,
+    FORWARD,
+    SLIPS,
+    STICKS,
+    ElementRows,
+    ModeProblem,
+    Terms,
+    accelerate,
+    bounce,
+    close_contacts,
+    hold,
+    joint_terms,
+    list_elements,
+    list_present_margins,
+    name_mode,
+    solve_held,
+    strike,
+)
+from mecanique.program.evaluation import evaluate
+from mecanique.program.traced import values_of
+
+MASS, G, MU, MU_0 = 2.0, 9.81, 0.3, 0.4
+FLOOR = mq.Contact("floor", "puck", mu=MU)
+LOAD = np.array([5.0, -3.0, -MASS * G])
+"""On a puck with the velocities x', y', z' over a floor."""
+
+
+def puck(velocity: tuple[float, float, float], gap: float = 0.0) -> Terms:
+    """The terms of a puck over a floor: rows normal, x and y."""
+    J = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
+    return Terms(
+        mass=MASS * np.eye(3),
+        load=LOAD,
+        jacobian=J,
+        gamma=np.array([0.5, -0.2, 0.1]),
+        gaps=np.array([gap, 0.0, 0.0]),
+        rates=J @ velocity,
+        drift=np.zeros(3),
+        kinetic=np.array([MU]),
+        static=np.array([MU_0]),
+    )
+
+
+def floor(*tangents: int, **given: Any) -> tuple[ElementRows, ...]:
+    return (ElementRows(FLOOR, 0, tangents, pressing=0, **given),)
+
+
+def answer(terms: Terms, elements: Any, mode: Any, problem: ModeProblem) -> Any:
+    def by_mass(columns: np.ndarray) -> np.ndarray:
+        return solve(terms.mass, columns)
+
+    def by_rows(J: Any, yielding: Any, free: Any, wanted: Any) -> Any:
+        return solve(J @ yielding, wanted - free)
+
+    held = hold(terms, elements, mode, problem)
+    solution = solve_held(terms, held, problem, by_mass, by_rows)
+    assert solution is not None
+    return solution
+
+
+def test_an_open_contact_leaves_the_puck_to_its_load() -> None:
+    terms, elements = puck((1, 0, 0), 0.2), floor(1, 2)
+    a, forces = answer(terms, elements, name_mode(elements, {}), accelerate(terms, elements))
+    np.testing.assert_allclose(a, LOAD / MASS, rtol=1e-14, atol=0)
+    assert not forces.any()
+    margins = list_present_margins(terms, elements, name_mode(elements, {}), forces, np.hypot)
+    assert margins == [(0.2, 1.0)]
+
+
+def test_a_puck_that_sticks_has_the_accelerations_of_its_rows() -> None:
+    terms, elements = puck((0, 0, 0)), floor(1, 2)
+    mode = name_mode(elements, {"floor": STICKS})
+    a, forces = answer(terms, elements, mode, accelerate(terms, elements))
+    np.testing.assert_allclose(a, [0.2, -0.1, -0.5], rtol=1e-14, atol=0)
+    expected = MASS * a - LOAD
+    np.testing.assert_allclose(forces, expected[[2, 0, 1]], rtol=1e-14, atol=0)
+    ((press, reserve),) = list_present_margins(terms, elements, mode, forces, np.hypot)
+    assert press == pytest.approx(MASS * (G - 0.5), rel=1e-14)
+    assert reserve == pytest.approx(MU_0 * press - np.hypot(*expected[:2]), rel=1e-14)
+
+
+@pytest.mark.parametrize("direction", [(1.0,), (-1.0,), (0.6, -0.8)])
+def test_friction_of_a_puck_that_slips_is_against_its_slip(direction: tuple[float, ...]) -> None:
+    terms = puck((3.0 * direction[0], 3.0 * (*direction, 0.0)[1], 0.0))
+    elements = floor(*range(1, 1 + len(direction)))
+    state = SLIPS if direction[1:] else FORWARD if direction[0] > 0 else BACKWARD
+    mode = name_mode(elements, {"floor": state}, direction)
+    a, forces = answer(terms, elements, mode, accelerate(terms, elements))
+    N = MASS * (G - 0.5)
+    friction = np.array([-MU * N * part for part in (*direction, 0.0)[:2]])
+    np.testing.assert_allclose(a, [*(LOAD[:2] + friction) / MASS, -0.5], rtol=1e-14, atol=0)
+    np.testing.assert_allclose(forces, [N, *friction], rtol=1e-14, atol=1e-15)
+    ((press, speed),) = list_present_margins(terms, elements, mode, forces, np.hypot)
+    assert (press, speed) == pytest.approx((N, 3.0), rel=1e-14)
+
+
+def test_what_a_latch_holds_is_left_before_it_opens() -> None:
+    terms, elements = puck((0, 0, 0)), floor(holds=4.0)
+    mode = name_mode(elements, {"floor": CLOSED})
+    a, forces = answer(terms, elements, mode, accelerate(terms, elements))
+    np.testing.assert_allclose(a, [*LOAD[:2] / MASS, -0.5], rtol=1e-14, atol=0)
+    ((press, reserve),) = list_present_margins(terms, elements, mode, forces, np.hypot)
+    assert press == pytest.approx(MASS * (G - 0.5) + 4.0, rel=1e-14)
+    assert reserve == 1.0
+
+
+def test_an_elastic_floor_presses_by_how_far_it_is_pressed_in() -> None:
+    terms, elements = puck((2.0, 0, 0), -0.01), floor(1, stiffness=3000.0)
+    mode = name_mode(elements, {"floor": FORWARD})
+    a, forces = answer(terms, elements, mode, accelerate(terms, elements))
+    expected = [(5.0 - MU * 30.0) / MASS, -1.5, 30.0 / MASS - G]
+    np.testing.assert_allclose(a, expected, rtol=1e-14, atol=0)
+    np.testing.assert_allclose(forces, [30.0, -MU * 30.0, 0.0], rtol=1e-14, atol=0)
+    # it opens where the gap does, however it is closed
+    ((left, speed),) = list_present_margins(terms, elements, mode, forces, np.hypot)
+    assert (left, speed) == (0.01, 1.0)
+    ((gap, _),) = list_present_margins(terms, elements, name_mode(elements, {}), forces, np.hypot)
+    assert gap == -0.01
+
+
+def test_a_stated_friction_needs_no_normal_force() -> None:
+    """Its coefficients are forces: 0.3 N while it slips, 0.4 N before it does."""
+    dry = mq.Friction("dry", "slide", 0.3, 1.0, mu_static=0.4)
+    elements = (ElementRows(dry, None, (1,)),)
+    terms = puck((-2.0, 0, 0))
+    mode = name_mode(elements, {"dry": BACKWARD})
+    a, forces = answer(terms, elements, mode, accelerate(terms, elements))
+    np.testing.assert_allclose(a, (LOAD + np.array([MU, 0, 0])) / MASS, rtol=1e-14, atol=0)
+    np.testing.assert_allclose(forces, [0, MU, 0], rtol=1e-14, atol=0)
+    assert list_present_margins(terms, elements, mode, forces, np.hypot) == [(1.0, 2.0)]
+    mode = name_mode(elements, {"dry": STICKS})
+    a, forces = answer(terms, elements, mode, accelerate(terms, elements))
+    ((_, reserve),) = list_present_margins(terms, elements, mode, forces, abs)
+    assert reserve == pytest.approx(MU_0 - abs(MASS * 0.2 - 5.0), rel=1e-14)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
+def test_an_impact_turns_the_rate_of_the_gap_around(restitution: float) -> None:
+    """By Newton's law; friction that slips takes μ of the normal impulse, what sticks all slip."""
+    terms, elements = puck((6.0, 0, -2.0)), floor(1, restitution=restitution)
+    problem = strike(terms, bounce(terms, elements[0]), elements)
+    mode = name_mode(elements, {"floor": FORWARD})
+    change, impulses = answer(terms, elements, mode, problem)
+    P = MASS * 2.0 * (1 + restitution)
+    np.testing.assert_allclose(impulses, [P, -MU * P, 0], rtol=1e-14, atol=0)
+    expected = [-MU * P / MASS, 0, 2.0 * (1 + restitution)]
+    np.testing.assert_allclose(change, expected, rtol=1e-14, atol=0)
+    change, impulses = answer(terms, elements, name_mode(elements, {"floor": STICKS}), problem)
+    np.testing.assert_allclose(change, [-6.0, 0, 2.0 * (1 + restitution)], rtol=1e-14, atol=0)
+    np.testing.assert_allclose(impulses, [P, -12.0, 0], rtol=1e-14, atol=0)
+
+
+def slider(*elements: Any, driven: dict[str, Any] | None = None) -> mq.Mechanism:
+    bodies = mq.Body("ground"), mq.Body("a", mq.particle(1.0)), mq.Body("b", mq.particle(1.0))
+    slides = tuple(
+        mq.Prismatic(f"slide_{body}", "ground", body, axis=(1, 0, 0), coordinate=q)
+        for body, q in (("a", "x"), ("b", "y"))
+    )
+    coordinates = mq.Coordinates(("x",) if driven else (), driven or {})
+    return mq.Mechanism("slider", bodies, slides, coordinates=coordinates, switching=elements)
+
+
+def numbers(mechanism: mq.Mechanism, q: list[float], v: list[float], t: float) -> dict[str, Any]:
+    """Return the terms of elements in joints as numbers, by name."""
+    letters = Letters(close_contacts(mechanism))
+    terms = joint_terms(mechanism, letters)
+    at = dict(zip([*mechanism.coordinates, *mechanism.velocities, "t"], [*q, *v, t], strict=True))
+    inputs = {name: at.get(name, 0.0) for _, _, name in letters.tape.operations if name}
+    result = {}
+    for name in ("jacobian", "gamma", "gaps", "rates", "drift", "kinetic", "static"):
+        array = getattr(terms, name)
+        flat = evaluate(letters.tape, values_of(array.ravel()), inputs, 1)[0]
+        result[name] = flat.reshape(array.shape)
+    return result
+
+
+def test_rows_of_joints_are_gaps_and_ways_with_their_rates() -> None:
+    """A stop above, one below, a belt, and a cord between both slides over a drum."""
+    elements = (
+        mq.Stop("above", "slide_a", at=0.5),
+        mq.Stop("below", "slide_b", at=-0.25, side=-1),
+        mq.Friction("belt", "slide_b", 0.3, 10.0, mu_static=0.4, speed=0.7),
+        mq.Capstan("cord", "slide_a", "slide_b", length=2.0, wrap=1.0, mu=0.2),
+    )
+    found = numbers(slider(*elements), [0.1, 0.3], [1.0, -2.0], 0.0)
+    np.testing.assert_allclose(found["gaps"], [0.4, 0.55, 0, 1.6, 0], rtol=1e-14, atol=0)
+    jacobian = np.array([[-1, 0], [0, 1], [0, 1], [-1, -1], [0.5, -0.5]])
+    np.testing.assert_allclose(found["jacobian"], jacobian, rtol=1e-14, atol=0)
+    np.testing.assert_allclose(found["rates"], [-1, -2, -2.7, 1, 1.5], rtol=1e-14, atol=0)
+    np.testing.assert_allclose(found["drift"], [0, 0, -0.7, 0, 0], rtol=1e-14, atol=0)
+    assert not found["gamma"].any()
+    drum = 2 * np.tanh(0.1)
+    np.testing.assert_allclose(found["kinetic"], [0, 0, 3, drum], rtol=1e-14, atol=0)
+    np.testing.assert_allclose(found["static"], [0, 0, 4, drum], rtol=1e-14, atol=0)
+    rows = list_elements(slider(*elements), ["one", "two"], float)
+    assert [element.rows for element in rows] == [(2,), (3,), (4,), (5, 6)]
+    assert [element.struck for element in rows] == [True, True, False, True]
+    assert [element.pressing for element in rows] == [None, None, None, 5]
+    assert [element.states for element in rows] == [e.states for e in elements]
+
+
+def test_a_joint_that_the_map_drives_moves_its_stop() -> None:
+    """y = x²/2 + sin 3t: J = x, its rate has the drift 3 cos 3t, and γ = x'² − 9 sin 3t."""
+    driven = {"y": mq.coordinate("x") ** 2 / 2 + mq.sin(3 * mq.time())}
+    found = numbers(slider(mq.Stop("s", "slide_b", at=1.0), driven=driven), [0.4], [2.0], 0.6)
+    wave, slope = np.sin(1.8), 3 * np.cos(1.8)
+    np.testing.assert_allclose(found["gaps"], [1 - 0.08 - wave], rtol=1e-14, atol=0)
+    np.testing.assert_allclose(found["jacobian"], [[-0.4]], rtol=1e-14, atol=0)
+    np.testing.assert_allclose(found["rates"], [-0.8 - slope], rtol=1e-14, atol=0)
+    np.testing.assert_allclose(found["drift"], [-slope], rtol=1e-14, atol=0)
+    np.testing.assert_allclose(found["gamma"], [-4.0 + 9 * wave], rtol=1e-14, atol=0)
