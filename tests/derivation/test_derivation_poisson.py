@@ -12,7 +12,8 @@ from derivation_law import cos, euler, exp, log, sin, sqrt, tan
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mecanique.derivation.scalars.evaluation import Evaluation, evaluate
+from mecanique.derivation.scalars.elementary import over_length, root_of_square
+from mecanique.derivation.scalars.evaluation import Evaluation, Substitution, evaluate
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.polynomials import REACH, exact, exponent, exponents, power
 from mecanique.derivation.scalars.series import Kind, Ring, Series
@@ -396,13 +397,118 @@ def test_absolute_angles_keep_long_chains_short() -> None:
     assert sum(map(len, E)) == 770
 
 
-def test_a_root_of_coefficients_beyond_all_floats_has_a_value() -> None:
+@pytest.mark.parametrize("bits", [1100, 4100])
+def test_a_root_of_coefficients_beyond_all_floats_has_a_value(bits: int) -> None:
     # a spring far out on turned bodies: coefficients of exact floats without a common square
     ring = Ring()
     x = ring.coordinate("x")
-    far, near = Fraction(3**700, 2**1100 + 1), Fraction(5, 2**900 + 1)
+    far = Fraction(3 ** (bits * 7 // 11), 2**bits + 1)
+    near = Fraction(5, 2 ** (bits * 9 // 11) + 1)
     square = far * x**2 + near
     root = sqrt(square)
     assert root**2 == square
-    value = math.sqrt(float(far) * 4.0 + float(near))
+    value = math.sqrt(far * 4 + near)
     assert evaluate(root, {"x": 2.0}) == pytest.approx(value, rel=1e-14)
+    assert sqrt((far * x + 1) ** 2) == far * x + 1
+    assert sqrt(far**2 * x**2 + 1) ** 2 == far**2 * x**2 + 1
+
+
+def test_what_a_series_depends_on_is_what_it_contains() -> None:
+    ring = Ring()
+    a, b, x = (ring.coordinate(name) for name in "abx")
+    h, k = ring.parameter("h"), ring.parameter("k")
+    cos(a)
+    for series, names in (
+        (sin(b), {"b"}),
+        (cos(2 * b), {"b"}),
+        (sin(a - 3 * b) * k, {"a", "b", "k"}),
+        (1 / x, {"x"}),
+        (1 / (h + x) + ring.number(2), {"h", "x"}),
+        (sqrt(x**2 + h**2), {"x", "h"}),
+    ):
+        letters = {g.name for g in series.generators() if g.kind is not Kind.ATOM}
+        assert letters == names
+        assert (Kind.PARAMETER in series.kinds) == bool(names & {"h", "k"})
+    assert ring.number(3).is_number
+    assert ring.number(0).is_number
+    assert not any(series.is_number for series in (x, sin(b), 1 + x, 1 + cos(a)))
+    assert all(series.is_unit for series in (x, 2 * h / x, ring.number(3)))
+    assert not any(series.is_unit for series in (ring.number(0), 1 + x, cos(a), x * cos(a)))
+
+
+def test_constants_have_their_values_and_letters_the_given_ones() -> None:
+    ring = Ring()
+    pi, e = ring.constant("pi"), ring.constant("E")
+    assert evaluate(2 * pi + e, {}) == 2 * math.pi + math.e
+    modulus = Ring().parameter("E")
+    assert evaluate(modulus, {"E": 2.5}) == 2.5
+    assert evaluate(X**-1, {"x": np.array([2, 4])}).tolist() == [0.5, 0.25]
+
+
+def test_derivatives_beyond_the_largest_exponent_are_refused() -> None:
+    lowest = X**-REACH
+    with pytest.raises(DerivationError, match="beyond ±2047"):
+        (lowest.diff("x") * X**0) * X**-1
+    assert (X ** (1 - REACH)).diff("x") == (1 - REACH) * lowest
+
+
+def test_a_series_is_zero_however_its_roots_stand() -> None:
+    """ρ² = s below a fraction bar as above, also of roots within roots."""
+    ring = Ring()
+    x, h = ring.coordinate("x"), ring.parameter("h")
+    s = x**2 + h**2
+    rho = sqrt(s)
+    sigma = sqrt(h + rho)
+    for zero in (
+        s / rho - rho,
+        1 / rho - rho / s,
+        x**2 / rho**2 + h**2 / rho**2 - 1,
+        1 / rho**3 - 1 / (s * rho),
+        (h + rho) / sigma - sigma,
+        sigma**-2 * sigma**4 - h - rho,
+    ):
+        assert zero.vanishes()
+        assert not (zero + rho).vanishes()
+        assert not (zero + 1 / sigma).vanishes()
+
+
+def test_substitution_is_exact() -> None:
+    ring = Ring()
+    q, x, h, pi = (
+        ring.coordinate("q"),
+        ring.coordinate("x"),
+        ring.parameter("h"),
+        ring.constant("pi"),
+    )
+    numbers = {"h": 0.7}
+    series = 3 * x**2 * sin(q) / h + cos(2 * q) * x - sqrt(h**2 + x**2) + 1 / (h + x)
+    assert Substitution({"q": pi / 6, "x": h}, numbers)(series) == (
+        3 * h / 2 + h / 2 - sqrt(ring.number(2)) * h + 1 / (2 * h)
+    )
+    put = Substitution({"x": ring.number(0)}, numbers)
+    assert put(series) == 1 / h - h
+    assert put(series - 1 / h + h) == 0
+    assert Substitution({"q": 2 * q}, numbers)(sin(3 * q) * q) == 2 * q * sin(6 * q)
+    assert Substitution({}, numbers)(series) == series
+    # a root keeps its sign: √((x − h)²) is h − x as a series, and positive where it was
+    shifted = sqrt(x**2 + h**2 / 4)
+    assert evaluate(Substitution({"x": -h}, numbers)(shifted), numbers) == pytest.approx(
+        math.sqrt(1.25) * 0.7, rel=1e-15
+    )
+    root = sqrt(h**2 - 2 * h * x + 2 * x**2)
+    assert Substitution({"x": h}, numbers)(root) == h
+
+
+def test_roots_of_squares_and_lengths_of_vectors_are_cosines_where_they_are() -> None:
+    ring = Ring()
+    a, b, x = ring.coordinate("a"), ring.coordinate("b"), ring.parameter("x")
+    assert root_of_square(ring.number(1)) == 1
+    assert root_of_square(cos(a) ** 2 + sin(a) ** 2) == 1
+    assert root_of_square(cos(a) ** 2) == cos(a)
+    assert root_of_square(cos(a - 2 * b) ** 2) == cos(a - 2 * b)
+    for other in (sin(a) ** 2, 2 * cos(a) ** 2, cos(a), (1 + cos(a)) / 2, x * cos(a) ** 2 + 1 - x):
+        assert root_of_square(other) is None
+    vector = [cos(a) * sin(b), cos(a) * cos(b) * x]
+    assert over_length(vector, cos(a)) == [sin(b), cos(b) * x]
+    assert over_length(vector, x) == [part / x for part in vector]
+    assert over_length([x, cos(a)], cos(a))[0] * cos(a) != 0

@@ -122,7 +122,7 @@ def divide_by_wave(series: Series, key: int) -> Series | None:
     while rest:
         top = max(rest, key=lambda trig: abs(exponent(trig >> 1, index)))
         turns = exponent(top >> 1, index)
-        packed = (top >> 1) - (angle if turns * step > 0 else -angle)
+        packed = (top >> 1) - (angle if (turns > 0) == (step > 0) else -angle)
         # cos(-x) = cos x, sin(-x) = -sin x, whose sign the product below takes along
         trig = 2 * abs(packed) + ((top ^ key) & 1)
         if not turns or trig == 1 or top in seen:

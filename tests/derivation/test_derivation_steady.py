@@ -1,0 +1,32 @@
+"""Small deviations from a steady motion in letters, against the exact equations linearized by hand.
+
+Of the rolling coin (Neimark & Fufaev, Dynamics of Nonholonomic Systems, ch. II) at spin' = u:
+yaw'' + 2 u lean' = 0 and 5 r lean'' - 6 r u yaw' - 4 g lean = 0, times m r²/4 and m r/4.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+import mecanique as mq
+from mecanique.derivation.printing.equations import expression
+from mecanique.derivation.steady import steady_letters
+from mecanique.derivation.symbolic.derivation import Matrix
+
+
+def entries(rows: Matrix) -> list[list[str]]:
+    return [[expression(entry).text() for entry in row] for row in rows]
+
+
+@pytest.mark.parametrize(
+    ("rate", "across", "back"), [(1.0, "m r^2/2", "-3 m r^2/2"), (-2.0, "-m r^2", "3 m r^2")]
+)
+def test_the_coin_has_the_matrices_of_its_exact_equations(
+    rate: float, across: str, back: str
+) -> None:
+    coin = mq.textbook.load("rolling_coin")
+    letters = steady_letters(coin, {}, {"spin": rate}, ("yaw", "lean"))
+    nothing = [["0", "0"], ["0", "0"]]
+    assert entries(letters.M) == [["m r^2/4", "0"], ["0", "5 m r^2/4"]]
+    assert [*map(entries, letters.C)] == [nothing, [["0", across], [back, "0"]]]
+    assert [*map(entries, letters.K)] == [[["0", "0"], ["0", "-m g r"]], nothing, nothing]
