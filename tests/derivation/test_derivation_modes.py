@@ -255,3 +255,101 @@ def test_a_condition_that_fills_a_line_stands_by_itself() -> None:
         mode = ModeEquations({"belt": "sticks"}, {}, {}, held, {})
         latex = Modes(mq.textbook.load("stick_slip"), (mode,)).latex()
         assert f"while{begin}" in latex
+
+
+F, v0 = mq.Parameter("F", 4.0, "N"), mq.Parameter("v", 0.3, "m/s")
+k = mq.Parameter("k", 50.0, "N/m")
+DRAWN = mq.JointForce("drawn", "slide", F)
+
+
+def on_a_slide(
+    element: mq.Stop | mq.Friction, *forces: mq.JointForce | mq.JointSpring
+) -> mq.Mechanism:
+    return mq.Mechanism(
+        "slider",
+        (mq.Body("ground"), mq.Body("block", mq.box(m, (0.1, 0.1, 0.1)))),
+        (mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
+        forces=forces,
+        parameters=(m, k, F, v0),
+        gravity=(0, 0, 0),
+        switching=(element,),
+    )
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "state", "lines"),
+    [
+        # an elastic stop presses by what it is pressed in, k (x − ½)
+        (
+            on_a_slide(mq.Stop("wall", "slide", at=0.5, stiffness=k)),
+            "closed",
+            ["x'' = k (1 - 2 x)/(2 m)", "N_wall = k (2 x - 1)/2", "while k (2 x - 1)/2 ≥ 0"],
+        ),
+        (
+            on_a_slide(mq.Stop("wall", "slide", at=0.5), DRAWN),
+            "open",
+            ["x'' = F/m", "while wall is apart"],
+        ),
+        # a latch holds a block that is drawn away with up to 4 N
+        (
+            on_a_slide(mq.Stop("wall", "slide", at=0.5, side=-1, holds=4.0), DRAWN),
+            "closed",
+            ["x'' = 0", "N_wall = -F", "while -F ≥ -4"],
+        ),
+        (
+            on_a_slide(mq.Stop("wall", "slide", at=0.5), mq.JointForce("back", "slide", -3.0)),
+            "closed",
+            ["x'' = 0", "N_wall = -3", "never, as N_wall would be -3"],
+        ),
+        (
+            on_a_slide(mq.Stop("wall", "slide", at=0.5), mq.JointForce("on", "slide", 3.0)),
+            "closed",
+            ["x'' = 0", "N_wall = 3", "while 3 ≥ 0"],
+        ),
+        # a belt that moves at v: friction is against the slip x' − v
+        *(
+            (
+                on_a_slide(
+                    mq.Friction("dry", "slide", 0.3, F, mu_static=0.4, speed=v0),
+                    mq.JointSpring("spring", "slide", k),
+                ),
+                state,
+                lines,
+            )
+            for state, lines in (
+                ("sticks", ["x'' = 0", "R_dry = k x", "sticks if |k x/F| ≤ 0.4"]),
+                ("slips +", ["x'' = -0.1 (10 k x + 3 F)/m", "R_dry = -0.3 F", "while x' - v > 0"]),
+                ("slips -", ["x'' = 0.1 (3 F - 10 k x)/m", "R_dry = 0.3 F", "while x' - v < 0"]),
+            )
+        ),
+        # without a load nothing rubs, and a block that nothing moves rests without friction
+        (
+            on_a_slide(mq.Friction("dry", "slide", 0.3, 0.0), DRAWN),
+            "sticks",
+            ["x'' = 0", "R_dry = -F", "sticks if -F = 0"],
+        ),
+        (
+            on_a_slide(mq.Friction("dry", "slide", 0.3, 0.0)),
+            "sticks",
+            ["x'' = 0", "sticks always, as no friction is needed"],
+        ),
+    ],
+)
+def test_a_mode_says_its_forces_and_when_it_holds(
+    mechanism: mq.Mechanism, state: str, lines: list[str]
+) -> None:
+    title, *found = str(mq.derive_modes(mechanism)[state]).splitlines()
+    assert title.endswith(f" {state}:")
+    assert [line.strip() for line in found] == lines
+
+
+def test_what_presses_itself_against_a_stop_is_not_determined_where_it_also_sticks() -> None:
+    """A stop along a slide and friction in the same slide share what holds the block."""
+    wall, dry = mq.Stop("wall", "slide", at=0.5), mq.Friction("dry", "slide", 0.3, "wall")
+    both = replace(on_a_slide(wall, DRAWN), switching=(wall, dry))
+    modes = mq.derive_modes(both)
+    assert "its forces are not determined by rigid bodies" in str(modes["closed", "sticks"])
+    slips = modes["closed", "slips +"]
+    assert slips.accelerations["x''"] == 0
+    presses, rubs = (float(slips.forces[name] / sp.Symbol("F")) for name in ("N_wall", "R_dry"))
+    assert (presses, rubs) == pytest.approx((1 / 1.3, -0.3 / 1.3), rel=1e-12)

@@ -506,7 +506,8 @@ def test_roots_of_squares_and_lengths_of_vectors_are_cosines_where_they_are() ->
     assert root_of_square(cos(a) ** 2 + sin(a) ** 2) == 1
     assert root_of_square(cos(a) ** 2) == cos(a)
     assert root_of_square(cos(a - 2 * b) ** 2) == cos(a - 2 * b)
-    for other in (sin(a) ** 2, 2 * cos(a) ** 2, cos(a), (1 + cos(a)) / 2, x * cos(a) ** 2 + 1 - x):
+    odd = (1 + sin(2 * a)) / 2, (1 + cos(a)) / 2  # squares of cosines of π/4 − a and a/2
+    for other in (sin(a) ** 2, 2 * cos(a) ** 2, cos(a), *odd, x * cos(a) ** 2 + 1 - x):
         assert root_of_square(other) is None
     vector = [cos(a) * sin(b), cos(a) * cos(b) * x]
     assert over_length(vector, cos(a)) == [sin(b), cos(b) * x]

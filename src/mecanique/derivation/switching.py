@@ -529,13 +529,14 @@ def _list_conditions(
         if isinstance(element, Friction):
             limit = element.mu_static
             load = load if element.pressed_by else element.load
-        if load == 0:
-            yield ModeCondition("sticks if", solution[tangent.symbol], "=", 0)
-            return
-        ratio = _shorten(solution[tangent.symbol] / load)
-        if ratio == 0:
+        needed = solution[tangent.symbol]
+        if needed == 0:
             yield ModeCondition("sticks always, as no friction is needed")
             return
+        if load == 0:
+            yield ModeCondition("sticks if", needed, "=", 0)
+            return
+        ratio = _shorten(needed / load)
         if ratio.could_extract_minus_sign():
             ratio = -ratio
         yield ModeCondition("sticks if", ratio, "≤", limit, sized=True)
