@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import mecanique as mq
+from mecanique.derivation.numeric.constraints.independent import _choose, _regularity, _turn
 from mecanique.derivation.numeric.constraints.multipliers import (
     HeldMotion,
     _energy_units,
@@ -14,6 +16,7 @@ from mecanique.derivation.numeric.constraints.multipliers import (
     solve_held,
 )
 from mecanique.derivation.numeric.constraints.rows import Constraints, RowUnits
+from mecanique.derivation.scalars.jets import Jet
 from mecanique.model.states import States
 
 
@@ -161,3 +164,47 @@ def test_loops_of_second_order_lock_a_point(
 
     state = States.of(POINT, np.zeros((1, 2)), np.zeros((1, 2)))
     assert is_locked(state, at) == locked
+
+
+def test_a_gibbs_vector_turns_by_twice_the_angle_of_its_half() -> None:
+    """g = 2 tan(θ/2) n turns by θ about n, after the state's own rotation (Shuster, eq. 337)."""
+    p, n, angle = Rotation.random(random_state=2), np.array([2, -1, 2]) / 3, 1.1
+    place, step = np.array([1.0, -2.0, 0.5]), np.array([0.3, 0.1, -0.7])
+    x = [*step, *(2 * np.tan(angle / 2) * n)]
+    start = [np.array([entry]) for entry in (*place, *p.as_quat())]
+    moved = _turn(start, [Jet(np.full((1, 1, 1), entry)) for entry in x])
+    found = np.array([np.asarray(entry.value)[0] for entry in moved])
+    expected = [*(place + p.apply(step)), *(p * Rotation.from_rotvec(angle * n)).as_quat()]
+    np.testing.assert_allclose(found, expected, rtol=1e-14, atol=0)
+    turned = _turn(start[3:], [Jet(np.full((1, 1, 1), entry)) for entry in x[3:]])
+    np.testing.assert_allclose([e.value[0] for e in turned], expected[3:], rtol=1e-14, atol=0)
+
+
+@pytest.mark.parametrize(
+    ("J", "chosen", "columns"),
+    [
+        ([[1.0, 5, 0], [2, 10, 0], [0, 0, 3]], [1, 2], [1, 2]),
+        ([[1.0, 1], [1, -1]], [0, 1], [0, 1]),
+        ([[-7.0, 1, 2]], [0], [0]),
+        ([[1.0, 0, 0], [0, 0, 0.5e-9]], [0], [0]),
+        ([[1.0, 0, 0], [0, 0, 2e-9]], [0, 1], [0, 2]),
+        ([[0.0, 0]], [], []),
+    ],
+)
+def test_the_largest_entries_choose_rows_and_the_coordinates_that_follow(
+    J: list[list[float]], chosen: list[int], columns: list[int]
+) -> None:
+    found = _choose(np.array(J))
+    assert [part.tolist() for part in found] == [chosen, columns]
+    assert abs(np.linalg.det(np.array(J)[np.ix_(*found)])) > 0
+
+
+def test_a_block_is_as_regular_as_its_least_singular_value_beside_that_of_all() -> None:
+    J = np.array([[3.0, 4.0]])
+    assert _regularity(J[:, :1], J) == pytest.approx(0.6, rel=1e-15)
+    assert _regularity(J[:, 1:], J) == pytest.approx(0.8, rel=1e-15)
+    two = np.diag([2.0, 0.5])
+    assert _regularity(two, two) == 1.0
+    assert _regularity(two[:1, :1], two) == 0.0
+    assert _regularity(two[:1, :1], np.diag([2.0, 1.9e-9])) == 1.0
+    assert _regularity(np.zeros((0, 0)), np.zeros((1, 2))) == 1.0

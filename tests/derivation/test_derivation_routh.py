@@ -161,3 +161,21 @@ def test_the_effective_potential_is_minus_routh_s_function_at_rest() -> None:
     text = mq.routh(mq.textbook.load("kepler_orbit")).text(steps=True)
     assert "V_eff = p_phi^2/(2 m r^2) - m mu/r" in text
     assert re.search(r"V_eff +effective potential \[J\]", text)
+
+
+def test_momenta_have_the_units_of_their_coordinates() -> None:
+    text = mq.routh(coupled(mq.Parameter("k", 1.0))).text(steps=True)
+    assert "momentum of x, constant [kg·m/s]" in text
+    assert "momentum of phi, constant [kg·m²/s]" in mq.routh(textbook.load("kepler_orbit")).text()
+
+
+@pytest.mark.parametrize("name", ["heavy_top", "spherical_pendulum"])
+def test_a_wrong_reduction_is_told_by_the_full_equations(name: str) -> None:
+    reduced = mq.routh(textbook.load(name))
+    ((inertia, *rest),) = reduced.found.parts
+    for parts in ((1.001 * inertia, *rest), (inertia, *(-part for part in rest))):
+        found = replace(reduced.found, parts=(parts,))
+        assert replace(reduced, found=found).compare(8) > 1e-5
+    first, *others = reduced.found.ignored
+    found = replace(reduced.found, ignored=(replace(first, inertia=2 * first.inertia), *others))
+    assert replace(reduced, found=found).compare(8) > 1e-5

@@ -8,11 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from derivation_law import cos, sin
 from derivation_reading import residual, value_of_text
 
 import mecanique as mq
 from mecanique import textbook
 from mecanique.cli import app
+from mecanique.derivation.scalars.series import Ring
+from mecanique.derivation.single_equation import _angle_of
 
 
 @pytest.mark.parametrize(
@@ -108,3 +111,42 @@ def test_the_equation_is_solved_for_the_acceleration(name: str, solved: str | No
     assert str(one.acceleration) in one.text(steps=True)
     if solved is not None:
         assert str(one.acceleration) == solved
+
+
+@pytest.mark.parametrize(
+    ("kept", "units"),
+    [
+        ("theta", {"J": "kg·m²", "C": "kg·m²/rad", "K_x": "m/rad", "L_x": "m/rad²"}),
+        ("x", {"J": "kg", "C": "kg/m", "K_theta": "rad/m", "L_theta": "rad/m²"}),
+    ],
+)
+def test_letters_have_the_units_of_what_is_kept(kept: str, units: dict[str, str]) -> None:
+    meanings = mq.reduce_loops(textbook.load("slider_crank"), kept).found.derivation.unknowns
+    for letter, unit in units.items():
+        assert meanings[letter].endswith(f"[{unit}]")
+
+
+def test_a_wrong_equation_is_told_by_the_full_ones() -> None:
+    one = mq.reduce_loops(textbook.load("slider_crank"))
+    inertia, speeds, rest, forces = one.found.parts
+    for parts in (
+        (1.001 * inertia, speeds, rest, forces),
+        (inertia, -speeds, rest, forces),
+        (inertia, speeds, -rest, forces),
+    ):
+        assert replace(one, found=replace(one.found, parts=parts)).compare(8) > 1e-5
+    first, *others = one.found.changes
+    wrong = first._replace(value=replace(first.value, above=2 * first.value.above))
+    found = replace(one.found, changes=(wrong, *others))
+    assert replace(one, found=found).compare(8) > 1e-5
+    with pytest.raises(mq.DerivationError, match="no random position allowed its loops to close"):
+        one.compare(samples=0)
+
+
+def test_an_angle_that_a_weld_keeps_is_that_of_its_sine() -> None:
+    """3 sin(a − 2 b) = 0 is a − 2 b = 0 in rates; a cosine, a product or a sum is as it is."""
+    ring = Ring()
+    a, b, x = ring.coordinate("a"), ring.coordinate("b"), ring.parameter("x")
+    assert _angle_of(3 * sin(a - 2 * b)) in (a - 2 * b, 2 * b - a)
+    for demand in (cos(a), x * sin(a), sin(a) + sin(b), a - b):
+        assert _angle_of(demand) == demand
