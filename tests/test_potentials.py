@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.motion.inertial import on_turning_earth
-
-
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.symbolic.forces import stored_in_loads
+from mecanique.motion.inertial import on_turning_earth
 
 M = mq.Parameter("m", 2.0, "kg")
 K = mq.Parameter("k", 3.0, "N/m")
