@@ -19,9 +19,7 @@ from mecanique.checking.budget import stop_clock
 from mecanique.checking.grammar.reader import Statement, name_values
 from mecanique.checking.grammar.tape import FormulaTape, Rows, find_sign_changes
 from mecanique.checking.grammar.tree import Node, add, negate
-from mecanique.checking.judgement.truth import Truth, stack, stack_mass
-from mecanique.derivation.scalars.evaluation import Evaluation
-from mecanique.derivation.scalars.series import Series
+from mecanique.checking.judgement.truth import SeriesValues, Truth
 from mecanique.errors import FormulaError
 from mecanique.model.mechanism_units import characteristic_length
 from mecanique.model.random_positions import angles
@@ -71,9 +69,8 @@ class Equilibria:
     """The equilibria of a mechanism, and positions that are said to be some."""
 
     def __init__(self, truth: Truth) -> None:
-        derivation, sample = truth.closed_form, truth.sample
+        sample = truth.sample
         self._truth = truth
-        self._ring = derivation.algebra.ring
         self._forces = truth.rest_forces
         self._usual = np.maximum(np.abs(sample.bias - sample.forces).mean(0), 1e-300)
         turning = angles(truth.mechanism)
@@ -85,25 +82,22 @@ class Equilibria:
         moving = (*truth.velocities, *truth.accelerations, *inputs)
         still = dict.fromkeys((*self.coordinates, *moving), np.zeros(sample.count))
         self.at_zero: dict[str, Array] = {
-            name: np.broadcast_to(np.asarray(value, dtype=float), (sample.count,))
-            for name, value in {**sample.values, **still}.items()
+            **sample.values,
+            **still,
+            _STATE: np.arange(sample.count, dtype=float),
         }
-        self.at_zero[_STATE] = np.arange(sample.count, dtype=float)
         acting = {g.name for force in self._forces for g in force.generators()}
         self.felt = tuple(name for name in self.coordinates if name in acting)
 
     def measure(self, values: dict[str, Array]) -> float:
         """Return the largest unbalanced force, relative to the usual size of forces."""
-        worst = float(np.abs(self._balance(values)).max(initial=0.0))
+        here = self._truth.at(values, len(values[_STATE]))
+        worst = float(np.abs(self._balance(here)).max(initial=0.0))
         return worst if worst > _BALANCED else 0.0
 
-    def _balance(self, values: dict[str, Array]) -> Array:
+    def _balance(self, here: SeriesValues) -> Array:
         """Return the unbalanced forces, each relative to its usual size, shape (n, nv)."""
-        evaluated = Evaluation(self._ring, values)
-        count = len(values[_STATE])
-        forces = stack(self._forces, evaluated, count)
-        balance: Array = np.nan_to_num(forces / self._usual, nan=np.inf)
-        return balance
+        return np.asarray(np.nan_to_num(here.stack(self._forces) / self._usual, nan=np.inf))
 
     def find_all(self) -> dict[int, Array] | None:
         """Return every equilibrium in a few states, shape (k, felt); None if they are not known."""
@@ -151,43 +145,28 @@ class Equilibria:
     def _relax(self, states: Rows, q: Array, longest: float) -> tuple[Array, Array, Array]:
         """Return positions after Newton's method, with forces and stiffness there."""
         size = np.array([self.size[name] for name in self.felt])
-        slopes = [self._differentiate(force) for force in self._forces]
         for _ in range(_ROUNDS):
-            balance, stiffness = self._linearize(states, q, slopes, size)
+            balance, stiffness = self._linearize(states, q, size)
             step = -(np.linalg.pinv(np.nan_to_num(stiffness)) @ balance[..., None])[..., 0]
             length = np.linalg.norm(step, axis=1, keepdims=True)
             step = step * np.minimum(1.0, longest / np.maximum(length, 1e-300))
             q = q + np.nan_to_num(step) * size
-        return q, *self._linearize(states, q, slopes, size)
+        return q, *self._linearize(states, q, size)
 
-    def _differentiate(self, force: Series) -> list[Series]:
-        return [force.diff(name) for name in self.felt]
-
-    def _linearize(
-        self,
-        states: Rows,
-        q: Array,
-        slopes: Sequence[Sequence[Series]],
-        size: Array,
-    ) -> tuple[Array, Array]:
+    def _linearize(self, states: Rows, q: Array, size: Array) -> tuple[Array, Array]:
         """Return forces and stiffness, scaled, shape (n, nv) and (n, nv, felt)."""
-        values = self._locate(states, q)
-        evaluated = Evaluation(self._ring, values)
-        stiffness = np.empty((len(states), len(slopes), len(self.felt)))
-        for i, row in enumerate(slopes):
-            for j, slope in enumerate(row):
-                stiffness[:, i, j] = evaluated(slope) * size[j] / self._usual[i]
-        return self._balance(values), stiffness
+        here = self._locate(states, q)
+        stiffness = here.slopes(self._forces, self.felt) * size / self._usual[:, None]
+        return self._balance(here), stiffness
 
-    def _locate(self, states: Rows, q: Array) -> dict[str, Array]:
-        """Return the letters of some states at positions, shape (n, felt)."""
+    def _locate(self, states: Rows, q: Array) -> SeriesValues:
+        """Return the values of series in some states at positions, shape (n, felt)."""
         values = {name: value[states] for name, value in self.at_zero.items()}
-        return values | dict(zip(self.felt, q.T, strict=True))
+        return self._truth.at(values | dict(zip(self.felt, q.T, strict=True)), len(q))
 
     def _is_regular(self, states: Rows, q: Array) -> npt.NDArray[np.bool_]:
         """Whether each coordinate moves mass: at r = 0, say, an angle about it means nothing."""
-        evaluated = Evaluation(self._ring, self._locate(states, q))
-        inertia = np.einsum("nii->ni", stack_mass(self._truth.closed_form, evaluated, len(q)))
+        inertia = np.einsum("nii->ni", self._locate(states, q).M)
         usual = np.einsum("nii->ni", self._truth.sample.M).mean(axis=0)
         return np.asarray((inertia > _MASSLESS * usual).all(axis=1))
 

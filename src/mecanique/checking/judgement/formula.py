@@ -20,8 +20,7 @@ from mecanique.checking.grammar.tree import Node, add, letter, negate, number, r
 from mecanique.checking.judgement.equilibria import judge_positions
 from mecanique.checking.judgement.motion import TOLERANCE, Residual, residuals
 from mecanique.checking.judgement.quantities import AskedQuantity, measure, momentum_letters
-from mecanique.checking.judgement.truth import Sample, Truth, stack
-from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.checking.judgement.truth import Sample, Truth
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import FormulaError, InputError
@@ -297,14 +296,11 @@ def _judge_constant(
 ) -> list[Judged]:
     """Judge conserved quantities: their rate in true motions is zero, but they are not constant."""
     sample = truth.sample
-    derivation = truth.closed_form
-    ring = derivation.algebra.ring
-    evaluated = Evaluation(ring, sample.values)
+    ring = truth.closed_form.algebra.ring
     rates = {"t": np.ones(sample.count)}
     for name in truth.mechanism.coordinates:
-        rates[name] = np.broadcast_to(evaluated(ring.rates[ring.index(name)]), (sample.count,))
-    for name, row in zip(truth.velocities, sample.a.T, strict=True):
-        rates[name] = row
+        rates[name] = truth.at({})(ring[name].ddt())
+    rates |= dict(zip(truth.velocities, sample.a.T, strict=True))
     all_judged = []
     for statement in statements:
         moving = [side for side in statement.sides if side.letters & rates.keys()]
@@ -486,12 +482,8 @@ def _judge_steady(
 
 def _find_rates(truth: Truth, quantity: AskedQuantity, name: str) -> Array:
     """Return both rates of steady motion in each state, shape (2, n); NaN where there are none."""
-    derivation, sample = truth.closed_form, truth.sample
-    rows = []
-    for turning in (-1.0, 0.0, 1.0):
-        still = {**sample.values, **quantity.more, name: np.full(sample.count, turning)}
-        evaluated = Evaluation(derivation.algebra.ring, still)
-        rows.append(stack(truth.rest_forces, evaluated, sample.count).T)
+    turns = ({**quantity.more, name: turning} for turning in (-1.0, 0.0, 1.0))
+    rows = [truth.at(turning).stack(truth.rest_forces).T for turning in turns]
     below, rest, above = np.array(rows)
     felt = [
         k for k in range(len(rest)) if np.abs(np.stack([below, rest, above])[:, k]).max() > 1e-12
@@ -511,11 +503,7 @@ def _find_foreign_rate(residual: Residual, roots: Array, name: str, reach: float
     grid = np.linspace(-reach, reach, 401) * 1.00037
 
     def evaluate(states: Rows, rates: Array) -> Array:
-        letters = {
-            letter: np.broadcast_to(value, (count,))[states]
-            for letter, value in residual.sample.values.items()
-        }
-        return residual.tape.whole({**letters, name: rates}, len(rates))
+        return residual.tape.whole({**residual.sample.at(states), name: rates}, len(rates))
 
     state, place, _ = find_sign_changes(evaluate, count, grid, 0)
     foreign = ~(np.abs(roots[:, state] - place) <= 3 * (grid[1] - grid[0])).any(axis=0)
@@ -530,15 +518,15 @@ def is_equivalent(residual: Residual, truth: Truth, letters: Sequence[str]) -> b
     """Return whether two Lagrangians give the same equations, for any motion."""
     # they may differ by the total time derivative of a function of coordinates and time; the
     # letters are those that stand for the Lagrangian itself
-    derivation, sample = truth.derivation, truth.sample
+    sample = truth.sample
     formulas = [side for side in residual.statement.sides if side.name not in letters]
-    if derivation is None or len(formulas) != 1 or formulas[0].letters & set(letters):
+    if len(formulas) != 1 or formulas[0].letters & set(letters):
         return False
     if any(not velocity.endswith("'") for velocity in truth.velocities):
         return False
     answer = formulas[0]
     # T − V without the forces that have no potential
-    true = Lagrange(truth.mechanism, derivation.algebra)
+    true = Lagrange(truth.mechanism, truth.closed_form.algebra)
     moving = KnownLetters.of(truth.mechanism).rate_nodes
     moving |= {name: letter("#zero") for name in truth.accelerations}
     L = true.T - true.V
@@ -549,8 +537,6 @@ def is_equivalent(residual: Residual, truth: Truth, letters: Sequence[str]) -> b
         for name in truth.accelerations
     }
     values = {**sample.values, **accelerations, "#zero": np.zeros(sample.count)}
-    evaluated = Evaluation(L.ring, values)
-    known = {g.name for g in L.generators()}
     for velocity in truth.velocities:
         name = velocity.removesuffix("'")
         try:
@@ -559,9 +545,7 @@ def is_equivalent(residual: Residual, truth: Truth, letters: Sequence[str]) -> b
         except FormulaError:
             return False
         given = FormulaTape(euler).evaluate(values, sample.count)
-        left_side = np.broadcast_to(evaluated(L.diff(velocity).ddt()), (sample.count,))
-        if name in known:
-            left_side = left_side - evaluated(L.diff(name))
+        left_side = truth.at(values)(L.diff(velocity).ddt() - L.diff(name))
         relative = np.abs(given.whole - left_side) / (given.size + np.abs(left_side))
         if not (relative[np.isfinite(relative)] <= TOLERANCE).all():
             return False

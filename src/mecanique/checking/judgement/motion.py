@@ -21,8 +21,7 @@ from mecanique.checking.grammar.tape import (
     find_sign_changes,
 )
 from mecanique.checking.grammar.tree import Node, add, divide, multiply, negate
-from mecanique.checking.judgement.truth import Sample, Truth, stack_mass
-from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.checking.judgement.truth import Sample, Truth
 from mecanique.errors import FormulaError
 from mecanique.model.random_positions import angles
 
@@ -264,21 +263,17 @@ class Residual:
             return "it holds for any motion"
         if self.is_affine:
             return ""
-        names, count = self.truth.accelerations, self.sample.count
+        names = self.truth.accelerations
         usual = np.sqrt(np.mean(self.sample.a**2, axis=0))
         scale = np.where(usual > 0, usual, 1.0)
         directions = np.random.default_rng(0).normal(size=(_LINES, len(names))) * scale
-        states = np.repeat(np.arange(count), _LINES)
-        way = np.tile(directions, (count, 1))
-        letters = {
-            name: np.broadcast_to(value, (count,))[states]
-            for name, value in self.sample.letters.items()
-        }
+        states = np.repeat(np.arange(self.sample.count), _LINES)
+        way = np.tile(directions, (self.sample.count, 1))
 
         def follow(lines: Rows, steps: Array) -> Array:
             """Return its values at steps along lines from the true accelerations."""
             moved = self.sample.a[states[lines]] + steps[:, None] * way[lines]
-            some = {name: value[lines] for name, value in letters.items()}
+            some = {name: x[states[lines]] for name, x in self.sample.letters.items()}
             some |= dict(zip(names, moved.T, strict=True))
             return self.tape.whole(some, len(lines))
 
@@ -454,9 +449,7 @@ class CommonFactors:
         """Return letters and mass matrices at the points of all paths, and the points of each."""
         paths = np.repeat(np.arange(len(self._starts)), _STEPS)
         letters = self._locate(paths, np.tile(np.linspace(0.0, 1.0, _STEPS), len(self._starts)))
-        derivation = self._truth.closed_form
-        evaluated = Evaluation(derivation.algebra.ring, letters)
-        return letters, stack_mass(derivation, evaluated, len(paths)), _STEPS
+        return letters, self._truth.at(letters, len(paths)).M, _STEPS
 
     @cached_property
     def _starts(self) -> npt.NDArray[np.int64]:
@@ -477,19 +470,15 @@ class CommonFactors:
 
     def _locate(self, paths: Rows, along: Array) -> dict[str, Array]:
         """Return the value of each letter at points of paths."""
-        positions = {
-            name: np.broadcast_to(value, (self._truth.sample.count,))[paths]
-            for name, value in self._truth.sample.values.items()
-        }
+        positions = self._truth.sample.at(paths)
         return positions | {
             name: positions[name] + along * step[paths] for name, step in self._steps.items()
         }
 
     def _weigh(self, tape: FormulaTape, paths: Rows, along: Array) -> Array:
         """Return the weight of each true equation, shape (k, nv)."""
-        derivation = self._truth.closed_form
         letters = self._locate(paths, along)
-        n, nv = len(paths), len(derivation.M)
+        n, nv = len(paths), len(self._truth.velocities)
         by = np.empty((n, nv))
         done = 0
         for values in tape.blocks(letters, n):
@@ -498,8 +487,7 @@ class CommonFactors:
             for column, name in enumerate(self._truth.accelerations):
                 by[some, column] = tape.along(slopes, name)
             done = some.stop
-        evaluated = Evaluation(derivation.algebra.ring, letters)
-        M = stack_mass(derivation, evaluated, n)
+        M = self._truth.at(letters, n).M
         whole = np.isfinite(M).all((1, 2)) & np.isfinite(by).all(1)
         M[~whole], by[~whole] = np.eye(nv), 0.0
         return np.asarray((np.linalg.pinv(M) @ by[..., None])[..., 0])

@@ -15,9 +15,8 @@ from mecanique.checking.grammar.reader import read
 from mecanique.checking.grammar.tape import FormulaTape
 from mecanique.checking.judgement.equilibria import INTEGERS, Equilibria
 from mecanique.checking.judgement.release import release
-from mecanique.checking.judgement.truth import Sample, Truth, stack, value_of
+from mecanique.checking.judgement.truth import Sample, SeriesValues, Truth
 from mecanique.derivation import derive
-from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left
 from mecanique.derivation.symbolic.lagrange import Lagrange
@@ -139,8 +138,7 @@ class _Asked:
 
     @cached_property
     def _lagrange(self) -> Lagrange:
-        derivation = self._truth.derivation
-        return Lagrange(self._truth.mechanism, derivation.algebra if derivation else None)
+        return Lagrange(self._truth.mechanism, self._truth.closed_form.algebra)
 
     def energy(self, name: str, _: str) -> AskedQuantity:
         kinetic, potential = ENERGIES[name]
@@ -160,7 +158,7 @@ class _Asked:
         return replace(exact, kind="up to a constant", again=(self._value(series, moved), moved))
 
     def _value(self, series: Series, values: Mapping[str, Array]) -> Array:
-        return value_of(series, values, self._sample.count)
+        return self._truth.at(values)(series)
 
     def mass(self, name: str, _: str) -> AskedQuantity:
         derivation = self._truth.closed_form
@@ -197,10 +195,11 @@ class _Asked:
         derivation = balances(self._truth)
         parting = self._part_wheels(derivation)
         known = {**self._sample.values, **parting}
+        here = SeriesValues(derivation, known, self._sample.count)
         reactions, components = {}, list(parting.values())
         for letter, series in derivation.reactions.items():
             try:
-                components.append(self._value(series, known))
+                components.append(here(series))
             except UnknownNameError:
                 continue  # it depends on a force that the equations leave open
             reactions[letter] = series
@@ -221,7 +220,8 @@ class _Asked:
             force = derivation.reactions.get(f"F_{element.name}")
             if isinstance(element, Meshing) and force is not None:
                 angle = evaluate(element.pressure_angle, self._sample.values)
-                push = np.abs(self._value(force, self._sample.values))
+                here = SeriesValues(derivation, self._sample.values, self._sample.count)
+                push = np.abs(here(force))
                 parting[f"N_{element.name}"] = push * np.sin(angle)
         return parting
 
@@ -245,8 +245,10 @@ class _Asked:
                     series[result.left.symbol] = result.right
         still = {**self._sample.values, **dict.fromkeys(self._truth.velocities, _ZERO)}
         still |= dict.fromkeys(self._truth.accelerations, _ZERO)
-        values = np.stack([self._value(force, self._sample.values) for force in series.values()])
-        at_rest = np.stack([self._value(force, still) for force in series.values()])
+        values, at_rest = (
+            SeriesValues(derivation, letters, self._sample.count).stack([*series.values()]).T
+            for letters in (self._sample.values, still)
+        )
         again = (at_rest, still)
         return AskedQuantity(
             f"{name} of {what}", "free body", tuple(series), values, again, series, derivation
@@ -258,13 +260,13 @@ class _Asked:
 
     def frequency(self, name: str, _: str) -> AskedQuantity:
         position, notes = self._position, list[str]()
-        if not position and self._truth.derivation and not self._truth.mechanism.constrained:
+        if not position and not self._truth.mechanism.constrained:
             equilibria = Equilibria(self._truth)
             # what is prescribed by the time does not act on free vibrations
             if equilibria.measure({**equilibria.at_zero, "t": np.zeros(self._sample.count)}):
                 position = equilibria.find_nearest()
                 notes += ["about the equilibrium nearest to zero"] if position else []
-        M, C, K = linear_matrices(self._truth, self._sample, position)
+        M, C, K = linear_matrices(self._truth, position)
         if name in ("frequency", "period") and np.abs(C).max(initial=0.0) > 1e-12:
             raise InputError(
                 "the mechanism is damped or gyroscopic; ask for the 'undamped frequency' or the "
@@ -340,7 +342,10 @@ class _Asked:
         moved = roll(self._truth, self._sample)
         momenta = self._momenta(self._sample.values)
         again = {**moved, **self._momenta(moved)}
-        whole, there = self._legendre(self._sample.values), self._legendre(moved)
+        ring = self._lagrange.V.ring
+        slopes = [self._lagrange.T.diff(v) * ring[v] for v in self._truth.velocities]
+        H = ring.sum([self._lagrange.V - self._lagrange.T, *slopes])
+        whole, there = self._value(H, self._sample.values), self._value(H, moved)
         joules = dict.fromkeys(self._letters, read_unit("N·m"))
         dimensions = {**joules, **self._units_of_momenta()}
         return AskedQuantity(
@@ -364,13 +369,6 @@ class _Asked:
                     units_by_letter[f"{letter}'"] = divide(read_unit("N·m/s"), read_unit(unit))
         return units_by_letter
 
-    def _legendre(self, values: Mapping[str, Array]) -> Array:
-        T, V = self._lagrange.T, self._lagrange.V
-        terms = [self._value(V - T, values)]
-        for velocity in self._truth.velocities:
-            terms.append(self._value(T.diff(velocity), values) * values[velocity])
-        return np.asarray(np.sum(np.stack(terms), axis=0), dtype=float)
-
     def canonical(self, name: str, _: str) -> AskedQuantity:
         """Return the momenta and their rates in true motions."""
         if any(not velocity.endswith("'") for velocity in self._truth.velocities):
@@ -383,9 +381,9 @@ class _Asked:
             size = np.abs(momenta[momentum_letters(self._truth, k)[0]]).max(initial=0.0)
             rate = np.where(np.abs(rate) <= _ROUNDING * size, 0.0, rate)
             rates |= {f"{letter}'": rate for letter in momentum_letters(self._truth, k)}
-        slopes = _along(self._lagrange.T - self._lagrange.V, self._truth.velocities)
         series: dict[str, Series] = {}
-        for k, slope in enumerate(slopes):
+        for k, velocity in enumerate(self._truth.velocities):
+            slope = (self._lagrange.T - self._lagrange.V).diff(velocity.removesuffix("'"))
             series |= {f"{letter}'": slope for letter in momentum_letters(self._truth, k)}
         return AskedQuantity(
             name=name,
@@ -397,20 +395,12 @@ class _Asked:
 
     def holding(self, name: str, _: str) -> AskedQuantity:
         """Return the inputs that hold the mechanism at rest in any position."""
-        derivation, sample = self._truth.closed_form, self._sample
         inputs = [signal.symbol for signal in self._truth.mechanism.inputs]
         moving = (*self._truth.velocities, *self._truth.accelerations)
-        still = dict.fromkeys(moving, np.zeros(sample.count))
-        at_rest = Evaluation(
-            derivation.algebra.ring, {**sample.values, **still, **dict.fromkeys(inputs, _ZERO)}
-        )
-        forces = self._truth.rest_forces
-        right = stack(forces, at_rest, sample.count)
-        by = np.zeros((sample.count, len(forces), len(inputs)))
-        for i, force in enumerate(forces):
-            known = {g.name for g in force.generators()}
-            for j, symbol in enumerate(inputs):
-                by[:, i, j] = at_rest(force.diff(symbol)) if symbol in known else 0.0
+        still = dict.fromkeys(moving, np.zeros(self._sample.count))
+        at_rest = self._truth.at({**still, **dict.fromkeys(inputs, 0.0)})
+        right = at_rest.stack(self._truth.rest_forces)
+        by = at_rest.slopes(self._truth.rest_forces, inputs)
         held = -(np.linalg.pinv(by) @ right[..., None])[..., 0]
         left = right + np.einsum("nij,nj->ni", by, held)
         if not inputs or np.abs(left).max() > 1e-9 * np.abs(right).max(initial=1e-300):
@@ -419,12 +409,12 @@ class _Asked:
             )
         known_units = units(self._truth.mechanism)
         dimensions = {s: read_unit(known_units[s]) for s in inputs if known_units.get(s)}
-        slopes = _along(self._lagrange.V, self._truth.velocities)
         series = {}
         for symbol, force in zip(inputs, held.T, strict=True):
             # a force that acts along one coordinate is the slope of the potential
-            for slope in slopes:
-                if np.allclose(self._value(slope, sample.values), force, rtol=1e-9, atol=0.0):
+            for velocity in self._truth.velocities:
+                slope = self._lagrange.V.diff(velocity.removesuffix("'"))
+                if np.allclose(self._value(slope, {}), force, rtol=1e-9, atol=0.0):
                     series[symbol] = slope
         return AskedQuantity(
             name=name,
@@ -447,21 +437,16 @@ class _Asked:
                 "expected e.g. 'transfer function of "
                 f"{coordinates[0]} from {(*inputs, 'F')[0]}', got {what!r}"
             )
-        derivation, sample = self._truth.closed_form, self._sample
-        M, C, K = linear_matrices(self._truth, sample, self._position)
-        signals = dict.fromkeys(inputs, np.zeros(sample.count))
-        names = (*self._truth.velocities, *self._truth.mechanism.coordinates)
-        zero = dict.fromkeys(names, np.zeros(sample.count)) | signals | dict(self._position)
-        evaluated = Evaluation(derivation.algebra.ring, {**sample.values, **zero})
-        force = np.zeros((sample.count, len(coordinates)))
-        for i, Q in enumerate(derivation.Q):
-            if symbol in {g.name for g in Q.generators()}:
-                force[:, i] = evaluated(Q.diff(symbol))
+        sample = self._sample
+        M, C, K = linear_matrices(self._truth, self._position)
+        names = (*self._truth.velocities, *self._truth.mechanism.coordinates, *inputs)
+        at_rest = self._truth.at({**dict.fromkeys(names, 0.0), **self._position})
+        force = at_rest.slopes(self._truth.closed_form.Q, [symbol])
         s = np.random.default_rng(self._truth.seed).uniform(0.5, 5.0, sample.count)
         answers = list[Array]()
         for damping in (C, (C - C.transpose(0, 2, 1)) / 2):
             whole = M * np.square(s)[:, None, None] + damping * s[:, None, None] + K
-            solution = np.linalg.solve(whole, force[..., None])
+            solution = np.linalg.solve(whole, force)
             answers.append(np.asarray(solution[:, coordinates.index(output), 0], dtype=float))
         answer, undamped = answers
         taken = {*sample.values, *self._letters, "s"}
@@ -608,12 +593,9 @@ def roll(truth: Truth, sample: Sample) -> dict[str, Array]:
     }
 
 
-def linear_matrices(
-    truth: Truth, sample: Sample, position: Mapping[str, Array]
-) -> tuple[Array, Array, Array]:
+def linear_matrices(truth: Truth, position: Mapping[str, Array]) -> tuple[Array, Array, Array]:
     """Return M, C and K of small motions about a position; other coordinates are zero there."""
-    derivation = truth.derivation
-    if derivation is None or truth.mechanism.constrained:
+    if truth.mechanism.constrained:
         raise InputError(
             f"frequencies of {truth.mechanism.name!r} cannot be compared: it is closed, or has no "
             "closed form"
@@ -621,37 +603,19 @@ def linear_matrices(
     signals = [signal.symbol for signal in truth.mechanism.inputs]
     names = (*truth.velocities, *truth.mechanism.coordinates, *signals)
     # what is prescribed by the time does not act on free vibrations
-    zero = dict.fromkeys((*names, "t"), np.zeros(sample.count))
-    still = {**sample.values, **zero, **position}
-    evaluated = Evaluation(derivation.algebra.ring, still)
+    here = truth.at({**dict.fromkeys((*names, "t"), 0.0), **position})
+    coordinates = [name.removesuffix("'") for name in truth.velocities]
     where = "the position in question" if position else "the position with all coordinates zero"
-    n, nv = sample.count, len(truth.velocities)
-    M, C, K = (np.zeros((n, nv, nv)) for _ in range(3))
+    n, nv = truth.sample.count, len(truth.velocities)
     with np.errstate(all="ignore"):
-        for i, force in enumerate(truth.rest_forces):
-            rest = np.broadcast_to(evaluated(force), (n,))
-            for j, velocity in enumerate(truth.velocities):
-                M[:, i, j] = evaluated(derivation.M[i][j])
-                C[:, i, j] = evaluated(force.diff(velocity))
-            for j, slope in enumerate(_along(force, truth.velocities)):
-                K[:, i, j] = evaluated(slope)
-            scale = 1.0 + np.abs(K[:, i]).sum(1)
-            if (np.abs(rest) > 1e-9 * scale).any():
-                raise InputError(f"{where} is not an equilibrium")
+        M = here.M
+        C, K = (here.slopes(truth.rest_forces, some) for some in (truth.velocities, coordinates))
+        if (np.abs(here.stack(truth.rest_forces)) > 1e-9 * (1.0 + np.abs(K).sum(2))).any():
+            raise InputError(f"{where} is not an equilibrium")
     known = np.logical_and.reduce([np.isfinite(matrix).all((1, 2)) for matrix in (M, C, K)])
     if known.sum() < (_FEWEST if position else n) or (np.linalg.matrix_rank(M[known]) < nv).any():
         raise InputError(f"the equations have no meaning at {where}")
     return M, C, K
-
-
-def _along(force: Series, velocities: tuple[str, ...]) -> list[Series]:
-    """Return the derivatives of a force by the coordinates of some velocities."""
-    moving = {g.name for g in force.generators()}
-    zero = force.ring.number(0)
-    return [
-        force.diff(name.removesuffix("'")) if name.removesuffix("'") in moving else zero
-        for name in velocities
-    ]
 
 
 def balances(truth: Truth) -> Derivation:

@@ -6,7 +6,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.checking.grammar.tape import Rows, find_sign_changes
-from mecanique.checking.judgement.truth import Truth, value_of
+from mecanique.checking.judgement.truth import Truth
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import InputError
@@ -39,11 +39,7 @@ def release(truth: Truth, name: str) -> tuple[Array, Array]:
     start = size * np.random.default_rng(truth.seed).uniform(*_AMPLITUDES[turns], count)
 
     def evaluate(series: Series, states: Rows, q: Array) -> Array:
-        letters = {
-            letter: np.broadcast_to(value, (count,))[states]
-            for letter, value in truth.sample.values.items()
-        }
-        return value_of(series, {**letters, name: q}, len(states))
+        return truth.at({**truth.sample.at(states), name: q}, len(states))(series)
 
     states = np.arange(count)
     height = evaluate(potential, states, start)
@@ -88,13 +84,9 @@ def _find_energy(truth: Truth, name: str) -> tuple[Series, Series]:
 def _is_kept(truth: Truth, potential: Series, inertia: Series, name: str) -> bool:
     """Whether the forces keep the energy: they are V' + M' v²/2, with the slopes by q."""
     sample = truth.sample
-    slopes = []
-    for series in (potential, inertia):
-        known = name in {g.name for g in series.generators()}
-        slope = series.diff(name) if known else series.ring.number(0)
-        slopes.append(value_of(slope, sample.values, sample.count))
-    if not slopes[0].any():
+    pull, change = (truth.at({})(series.diff(name)) for series in (potential, inertia))
+    if not pull.any():
         return False
-    force = slopes[0] + slopes[1] * sample.values[f"{name}'"] ** 2 / 2
+    force = pull + change * sample.values[f"{name}'"] ** 2 / 2
     rest = (sample.bias - sample.forces)[:, 0]
     return bool((np.abs(rest - force) <= 1e-9 * (np.abs(rest) + np.abs(force))).all())

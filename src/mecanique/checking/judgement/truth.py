@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.arrays import Array
+from mecanique.checking.grammar.tape import Rows
 from mecanique.derivation import derive
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.scalars.evaluation import Evaluation
@@ -48,11 +49,48 @@ _SINGULAR = 1e4
 
 
 @final
+class SeriesValues:
+    """Gives the values of series where the letters of a derivation have some, in n states."""
+
+    def __init__(self, derivation: Derivation, values: Mapping[str, Any], count: int) -> None:
+        self._derivation = derivation
+        # a power of an array that is zero has no value, where that of a number raises an error
+        arrays = {name: np.broadcast_to(value, (count,)) for name, value in values.items()}
+        self._evaluated = Evaluation(derivation.algebra.ring, arrays)
+        self._count = count
+
+    def __call__(self, series: Series) -> Array:
+        """Return the values of a series, shape (n,)."""
+        value = np.asarray(self._evaluated(series), dtype=float)
+        return np.broadcast_to(value, (self._count,))
+
+    def stack(self, rows: Sequence[Series]) -> Array:
+        """Return the values of several series, shape (n, rows)."""
+        return np.stack([self(series) for series in rows], axis=-1)
+
+    def slopes(self, rows: Sequence[Series], names: Sequence[str]) -> Array:
+        """Return the derivatives of several series by letters, shape (n, rows, names)."""
+        slopes = [[self(series.diff(name)) for name in names] for series in rows]
+        whole = np.array(slopes).reshape(len(rows), len(names), self._count)
+        return np.ascontiguousarray(np.moveaxis(whole, 2, 0))
+
+    @property
+    def M(self) -> Array:
+        """The mass matrix, shape (n, nv, nv)."""
+        return np.stack([self.stack(row) for row in self._derivation.M], axis=1)
+
+    @property
+    def rest(self) -> Array:
+        """The terms h − Q of M a + h − Q = 0, shape (n, nv)."""
+        return self.stack(self._derivation.h) - self.stack(self._derivation.Q)
+
+
+@final
 @dataclass(frozen=True, eq=False)
 class Sample:
     """States with the values of all letters that formulas may contain."""
 
-    # value of each letter, shape (n,) or (); without the lengths of springs
+    # value of each letter, shape (n,); without the lengths of springs
     values: Mapping[str, Array]
     M: Array  # mass matrix, shape (n, nv, nv)
     bias: Array  # M a + bias = forces, shape (n, nv)
@@ -69,6 +107,10 @@ class Sample:
     def letters(self) -> dict[str, Array]:
         """The value of each letter that a formula may contain."""
         return {**self.values, **self.lengths}
+
+    def at(self, states: Rows) -> dict[str, Array]:
+        """Return the value of each letter in some of the states."""
+        return {name: value[states] for name, value in self.values.items()}
 
     @property
     def motion(self) -> Array:
@@ -122,6 +164,11 @@ class Truth:
     def sample(self) -> Sample:
         """States, with random parameters if the equations have a closed form."""
         return self.with_numbers(self._variable)
+
+    def at(self, values: Mapping[str, Any], count: int = 0) -> SeriesValues:
+        """Return the values of series where letters have these, others those of the sample."""
+        known = {**self.sample.values, **values}
+        return SeriesValues(self.closed_form, known, count or self.sample.count)
 
     def hold(self, varied: frozenset[str]) -> Truth:
         """Return the same with states in which only some parameters vary."""
@@ -192,7 +239,7 @@ class Truth:
             scales = np.ones(len(_STRETCHES))
             if name in moving or name in self.velocities:
                 scales = np.array([pair[name in self.velocities] for pair in _STRETCHES])
-            values[name] = np.outer(scales, np.broadcast_to(value, sample.count)).ravel()
+            values[name] = np.outer(scales, value).ravel()
         count = len(_STRETCHES) * sample.count
         return self._evaluate(values, count, varied=sample.varied, most=count)
 
@@ -201,21 +248,19 @@ class Truth:
     ) -> Sample | None:
         """Evaluate the closed form in n states; keep those with values, at most so many."""
         derivation = self.closed_form
-        evaluated = Evaluation(derivation.algebra.ring, values)
+        evaluated = SeriesValues(derivation, values, n)
         with np.errstate(all="ignore"):
-            M = stack_mass(derivation, evaluated, n)
-            bias = stack(derivation.h, evaluated, n)
-            forces = stack(derivation.Q, evaluated, n)
+            M, bias, forces = evaluated.M, *map(evaluated.stack, (derivation.h, derivation.Q))
             known = np.concatenate([M.reshape(n, -1), bias - forces], axis=1)
             possible = np.asarray(np.isfinite(known).all(axis=1))
             for assumption in derivation.assumptions:
-                possible &= np.broadcast_to(evaluated(assumption.positive) > 0, (n,))
+                possible &= evaluated(assumption.positive) > 0
             if not derivation.ties:
                 possible[possible] &= _are_regular(M[possible])
         at = np.flatnonzero(possible)[:most]
         if not len(at):
             return None
-        values = {name: value[at] if np.ndim(value) else value for name, value in values.items()}
+        values = {name: np.broadcast_to(value, (n,))[at] for name, value in values.items()}
         slopes, rates = self._ties(evaluated, n)
         slopes, rates, M, bias, forces = slopes[at], rates[at], M[at], bias[at], forces[at]
         a, multipliers = accelerate(M, forces - bias, slopes, rates)
@@ -223,7 +268,7 @@ class Truth:
         values |= dict(zip(self.multipliers, multipliers.T, strict=True))
         lengths = {}
         for name in derivation.lengths:
-            lengths[name] = np.broadcast_to(evaluated(derivation.algebra.ring[name]), (n,))[at]
+            lengths[name] = evaluated(derivation.algebra.ring[name])[at]
         return Sample(
             values=values,
             M=M,
@@ -250,13 +295,13 @@ class Truth:
         lengths = () if self.derivation is None else tuple(self.derivation.lengths)
         return (*self.multipliers, *lengths)
 
-    def _ties(self, evaluated: Evaluation, n: int) -> tuple[Array, Array]:
+    def _ties(self, evaluated: SeriesValues, n: int) -> tuple[Array, Array]:
         """Return J and b of J a + b = 0, shape (n, m, nv) and (n, m)."""
         derivation, nv = self.closed_form, self.mechanism.nv
         slopes, rates = np.zeros((n, len(derivation.ties), nv)), np.zeros((n, len(derivation.ties)))
         for k, tie in enumerate(derivation.ties):
             coefficients, rest = tie.second.linear(self.accelerations)
-            slopes[:, k] = stack(coefficients, evaluated, n)
+            slopes[:, k] = evaluated.stack(coefficients)
             rates[:, k] = evaluated(rest)
         return slopes, rates
 
@@ -298,7 +343,7 @@ class Truth:
         a = equations.acceleration(*arguments)
         values |= dict(zip(self.accelerations, a.T, strict=True))
         slopes = np.zeros((n, 0, mechanism.nv))
-        values = {name: np.asarray(value, dtype=float) for name, value in values.items()}
+        values = {name: np.broadcast_to(value, (n,)) for name, value in values.items()}
         M = equations.mass_matrix(states.q, states.t)
         bias, forces = equations.bias(*arguments), equations.forces(*arguments)
         return Sample(
@@ -312,23 +357,6 @@ class Truth:
             count=n,
             varied=False,
         )
-
-
-def value_of(series: Series, values: Mapping[str, Any], n: int) -> Array:
-    """Return the values of a series where its letters have these, shape (n,)."""
-    return np.broadcast_to(np.asarray(Evaluation(series.ring, values)(series), dtype=float), (n,))
-
-
-def stack(series: Sequence[Series], evaluated: Evaluation, n: int) -> Array:
-    """Return the values of some series, shape (n, series)."""
-    return np.stack([np.broadcast_to(evaluated(entry), (n,)) for entry in series], axis=-1)
-
-
-def stack_mass(derivation: Derivation, evaluated: Evaluation, n: int) -> Array:
-    """Return the mass matrix for some values of its letters, shape (n, nv, nv)."""
-    nv = len(derivation.M)
-    entries = [entry for row in derivation.M for entry in row]
-    return stack(entries, evaluated, n).reshape(n, nv, nv)
 
 
 def accelerate(M: Array, force: Array, J: Array, rates: Array) -> tuple[Array, Array]:

@@ -14,19 +14,11 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.checking.budget import stop_clock
 from mecanique.checking.judgement.quantities import roll
-from mecanique.checking.judgement.truth import (
-    Sample,
-    Truth,
-    accelerate,
-    stack,
-    stack_mass,
-    value_of,
-)
+from mecanique.checking.judgement.truth import Sample, SeriesValues, Truth, accelerate
 from mecanique.checking.verdict import Mistake
 from mecanique.derivation.printing.equations import expression
-from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.polynomials import exponents
-from mecanique.derivation.scalars.series import Kind, Ring, Series
+from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import MecaniqueError
@@ -86,18 +78,13 @@ class RightEquations:
         self.derivation = derivation
         self.sample: Sample = truth.sample
         self.V = Lagrange(truth.mechanism, derivation.algebra).V
-        self.terms = EquationValues(
-            self.sample.M, self.sample.bias - self.sample.forces, self._potential(self.V)
-        )
+        rest = self.sample.bias - self.sample.forces
+        self.terms = EquationValues(self.sample.M, rest, self._potential(derivation, self.V))
 
     @cached_property
-    def evaluated(self) -> Evaluation:
+    def value(self) -> SeriesValues:
         """Gives the values of series in the states."""
-        return Evaluation(self.derivation.algebra.ring, self.sample.values)
-
-    def value(self, series: Series) -> Array:
-        """Return the values of a series, shape (n,)."""
-        return np.broadcast_to(self.evaluated(series), (self.sample.count,))
+        return self.truth.at({})
 
     def with_rest(self, rest: Array) -> EquationValues:
         """Return the right terms with another rest."""
@@ -127,20 +114,18 @@ class RightEquations:
     def _evaluate(
         self, derivation: Derivation, V: Series, read: Reading | None = None
     ) -> EquationValues:
-        values, n = self.sample.values, self.sample.count
+        values = self.sample.values
         taken = {**values, **(read(values) if read else {})}
-        evaluated = Evaluation(derivation.algebra.ring, taken)
+        here = SeriesValues(derivation, taken, self.sample.count)
         with np.errstate(all="ignore"):
-            M = stack_mass(derivation, evaluated, n)
-            bias, forces = (stack(rows, evaluated, n) for rows in (derivation.h, derivation.Q))
-            return EquationValues(M, bias - forces, self._potential(V, read))
+            return EquationValues(here.M, here.rest, self._potential(derivation, V, read))
 
-    def _potential(self, V: Series, read: Reading | None = None) -> Array:
+    def _potential(self, derivation: Derivation, V: Series, read: Reading | None = None) -> Array:
         """Return V in the states and in moved ones, shape (2, n)."""
         rows = []
         for values in (self.sample.values, roll(self.truth, self.sample)):
             taken = {**values, **(read(values) if read else {})}
-            rows.append(value_of(V, taken, self.sample.count))
+            rows.append(SeriesValues(derivation, taken, self.sample.count)(V))
         return np.stack(rows)
 
 
@@ -314,7 +299,7 @@ def mistake_operator(right: RightEquations) -> Iterator[WrongDerivation]:
     for k, entries in enumerate(derivation.M):
         terms = [entry.ddt() * rate for entry, rate in zip(entries, v, strict=True)]
         rows.append((k, ring.sum(terms)))
-    changing = np.stack([right.value(series) for _, series in rows], axis=-1)
+    changing = right.value.stack([series for _, series in rows])
     squares = _collect_quadratic(right, derivation.h, names)
     slopes = changing - squares
     text = "a rate is treated as constant: d/dt of the momentum lacks {}"
@@ -335,12 +320,12 @@ def mistake_operator(right: RightEquations) -> Iterator[WrongDerivation]:
 
 def _collect_quadratic(right: RightEquations, h: Sequence[Series], names: Sequence[str]) -> Array:
     """Return the terms of second degree in the velocities, shape (n, nv)."""
-    columns = []
+    rows = []
     for series in h:
         groups = group_by_velocities(series, names)
         squares = [part for powers, part in groups.items() if sum(powers) == 2]
-        columns.append(right.value(series.ring.sum(squares)))
-    return np.stack(columns, axis=-1)
+        rows.append(series.ring.sum(squares))
+    return right.value.stack(rows)
 
 
 def mistake_readings(right: RightEquations) -> Iterator[WrongDerivation]:
@@ -402,22 +387,13 @@ def _add_letters(
 
 def linearize(right: RightEquations) -> Iterator[WrongDerivation]:
     """Yield the equations linearized about all coordinates zero, if that is an equilibrium."""
-    derivation = right.derivation
-    ring = derivation.algebra.ring
-    if not isinstance(ring, Ring):
-        return
-    mechanism = right.truth.mechanism
-    names = (*derivation.algebra.velocities, *mechanism.coordinates)
-    still = {**right.sample.values, **dict.fromkeys(names, np.zeros(right.sample.count))}
-    at_rest = Evaluation(ring, still)
-    forces, n = right.truth.rest_forces, right.sample.count
+    forces, values = right.truth.rest_forces, right.sample.values
+    names = (*right.truth.velocities, *right.truth.mechanism.coordinates)
+    at_rest = right.truth.at(dict.fromkeys(names, 0.0))
     with np.errstate(all="ignore"):
-        M = stack_mass(derivation, at_rest, n)
-        rest = stack(forces, at_rest, n)
-        for i, force in enumerate(forces):
-            for name in names:
-                if any(g.name == name for g in force.generators()):
-                    rest[:, i] += at_rest(force.diff(name)) * right.sample.values[name]
+        M, moved = at_rest.M, np.stack([values[name] for name in names], axis=-1)
+        slopes = np.einsum("nij,nj->ni", at_rest.slopes(forces, names), moved)
+        rest = at_rest.stack(forces) + slopes
     what = "small angles are assumed throughout: it is the linearized equation"
     yield WrongDerivation("linearized", what, 0.5, replace(right.terms, M=M, rest=rest))
 
@@ -603,15 +579,9 @@ def _find_slopes(right: RightEquations, names: Sequence[str]) -> tuple[Array, Ar
         tie.second.linear(right.derivation.algebra.accelerations)[0]
         for tie in right.derivation.ties
     ]
-    moving = {g.name for row in rows for entry in row for g in entry.generators()}
-    J = right.sample.slopes
-    changes = np.zeros((len(names), *J.shape))
-    for k, name in enumerate(names):
-        if name[:-1] in moving:
-            for i, row in enumerate(rows):
-                slopes = [entry.diff(name[:-1]) for entry in row]
-                changes[k, :, i] = stack(slopes, right.evaluated, right.sample.count)
-    return J, changes
+    coordinates = [name[:-1] for name in names]
+    changes = np.stack([right.value.slopes(row, coordinates) for row in rows], axis=1)
+    return right.sample.slopes, np.moveaxis(changes, 3, 0)
 
 
 def _find_surplus(

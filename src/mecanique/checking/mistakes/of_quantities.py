@@ -27,7 +27,7 @@ from mecanique.checking.grammar.tree import (
 )
 from mecanique.checking.judgement.motion import Residual
 from mecanique.checking.judgement.quantities import ENERGIES, AskedQuantity, measure, roll
-from mecanique.checking.judgement.truth import Truth, stack_mass, value_of
+from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes.hypotheses import (
     EquationValues,
     Hypotheses,
@@ -35,7 +35,6 @@ from mecanique.checking.mistakes.hypotheses import (
     list_relative,
 )
 from mecanique.checking.verdict import Mistake
-from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import FormulaError
 from mecanique.model.random_positions import angles
@@ -127,7 +126,7 @@ class QuantityMistakes:
             claims: Claims = []
             for states in ({}, *others):
                 values = {**sample.values, **states}
-                taken = value_of(series, {**values, **read(values)}, sample.count)
+                taken = self._truth.at({**values, **read(values)})(series)
                 claims += self._claim(quantity, taken, states)
             yield Mistake("angle", text, "", weight), claims
 
@@ -146,12 +145,9 @@ class QuantityMistakes:
 
     def explain_matrix(self, given: Array) -> Iterator[Mistake]:
         """Yield the mistakes that lead to a mass matrix, shape (n, nv, nv)."""
-        sample, derivation = self._truth.sample, self._truth.closed_form
         for text, weight, read, turn in self._list_readings():
             spend()
-            values = {**sample.values, **read(sample.values)}
-            evaluated = Evaluation(derivation.algebra.ring, values)
-            M = turn.T @ stack_mass(derivation, evaluated, sample.count) @ turn
+            M = turn.T @ self._truth.at(read(self._truth.sample.values)).M @ turn
             if (np.abs(given - M) <= _ALIKE * (np.abs(given) + np.abs(M))).all():
                 yield Mistake("angle", text, "", weight)
         for hypothesis in self._hypotheses.listed:
@@ -193,7 +189,7 @@ class QuantityMistakes:
         still = dict.fromkeys((*truth.velocities, *truth.accelerations), np.zeros(sample.count))
         for moving in (sample.values, quantity.again[1]):
             states = {**moving, **still}
-            yield value_of(series, states, sample.count), states
+            yield truth.at(states)(series), states
 
     def _claim_frequencies(self, quantity: AskedQuantity) -> Iterator[tuple[Mistake, Claims]]:
         """Yield other measures of a frequency, and those that mistakes lead to."""
@@ -237,9 +233,7 @@ class QuantityMistakes:
         derivation = truth.closed_form
         lagrange = Lagrange(truth.mechanism, derivation.algebra)
         energy = lagrange.T + lagrange.V
-        here, there = (
-            value_of(energy, values, truth.sample.count) for values in (truth.sample.values, moved)
-        )
+        here, there = (truth.at(values)(energy) for values in ({}, moved))
         tape = FormulaTape(root)
         if truth.sample.forces.any() and not truth.mechanism.constrained:
             sample = truth.sample
