@@ -95,7 +95,7 @@ def check(
         "a formula is checked where the equations are those of one mode; mq.derive_modes writes "
         "those of each"
     )
-    return _checker(mechanism, seed, frozenset(given)).check(text, ask, let)
+    return checker_of(mechanism, seed, frozenset(given)).check(text, ask, let)
 
 
 def list_letters(
@@ -106,11 +106,12 @@ def list_letters(
     given: Iterable[str] = (),
 ) -> dict[str, str]:
     """Return the meaning of each letter that an answer to a question may contain."""
-    return _checker(mechanism, seed, frozenset(given)).list_letters(ask, let)
+    return checker_of(mechanism, seed, frozenset(given)).list_letters(ask, let)
 
 
 @lru_cache(maxsize=32)
-def _checker(mechanism: Mechanism, seed: int, given: frozenset[str]) -> Checker:
+def checker_of(mechanism: Mechanism, seed: int = 0, given: frozenset[str] = frozenset()) -> Checker:
+    """Return the checker of a mechanism, which is kept."""
     return Checker(mechanism, seed, given)
 
 
@@ -219,7 +220,8 @@ class Checker:
     ) -> tuple[KnownLetters, AskedQuantity]:
         """Return the letters of a question, and the quantity that it asks for."""
         quantity = self.ask(ask)
-        further = self._find_further(quantity.names)
+        own = {*self.mechanism.values, *self.mechanism.coordinates, *self.mechanism.velocities}
+        further = [name for name in quantity.names if name not in own]
         return self._letters(let, further, quantity.functions), quantity
 
     def list_letters(
@@ -237,11 +239,6 @@ class Checker:
             unit = f" [{say_unit(dimension)}]" if dimension is not None else ""
             listed[name] = f"{said}{unit}"
         return listed
-
-    def _find_further(self, names: Sequence[str]) -> list[str]:
-        """Return the letters of a quantity that are not the mechanism's own."""
-        known = {*self.mechanism.values, *self.mechanism.coordinates, *self.mechanism.velocities}
-        return [name for name in names if name not in known]
 
     def ask(self, question: str, held: frozenset[str] | None = None) -> AskedQuantity:
         """Return the quantity in question; only the parameters held open vary, if given."""
@@ -435,9 +432,5 @@ def _state(residual: Residual) -> dict[str, float]:
     k = int(np.argmax(residual.relative))
     letters = residual.root.letters - set(residual.truth.accelerations) - {"pi"}
     # units, e.g. "[s]", are letters of the formula, but no part of the state
-    names = sorted(letters & residual.sample.letters.keys())
-    values = {
-        name: np.broadcast_to(residual.sample.letters[name], (residual.sample.count,))
-        for name in names
-    }
-    return {name: float(value[k]) for name, value in values.items()}
+    known = residual.sample.letters
+    return {name: float(known[name][k]) for name in sorted(letters & known.keys())}

@@ -94,13 +94,13 @@ def write_page(exercise: Exercise) -> str:
     question |= {"id": exercise.mechanism.name, "form": exercise.form}
     modules = [_asset(name) for name in ("reader.js", "judge.js", "page.js")]
     script = "\n".join(re.sub(r"^(import .*;|export )", "", text, flags=re.M) for text in modules)
-    style = _asset("page.css")
+    style, figure = _asset("page.css"), draw_figure(exercise)
     rates = [v for v in exercise.mechanism.velocities if v.endswith("'")]
     parts = {
         "policy": f"default-src 'none'; script-src '{_hash(script)}'; style-src 'unsafe-inline'",
         "title": html.escape(exercise.title),
         "style": style,
-        "problem": problem_html(exercise, _strip_declaration(draw_figure(exercise))),
+        "problem": problem_html(exercise, figure[figure.index("<svg") :]),
         "hint": " and ".join(f"{rates[0]}{dots}" for dots in ("", "'")) if rates else "x' and x''",
         # no text of a question ends the element that holds it
         "question": json.dumps(question, separators=(",", ":")).replace("<", "\\u003c"),
@@ -117,10 +117,6 @@ def _asset(name: str) -> str:
 
 def _hash(text: str) -> str:
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
-
-
-def _strip_declaration(svg: str) -> str:
-    return svg[svg.index("<svg") :]
 
 
 def _export_page(made: Sequence[Exercise], place: Path) -> None:

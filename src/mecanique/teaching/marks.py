@@ -16,12 +16,11 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 from pathlib import Path
 from typing import Any, final
 from unicodedata import category
 
-from mecanique.checking.check import Checker
+from mecanique.checking.check import Checker, checker_of
 from mecanique.checking.verdict import Check
 from mecanique.errors import FormulaError, InputError
 from mecanique.model.mechanism import Mechanism
@@ -436,13 +435,8 @@ def mark_answer(
     mechanism: Mechanism, text: str, ask: str = "equation of motion", form: float = 0.5
 ) -> Mark:
     """Return the mark of one answer, of one point, for learning platforms."""
-    part, outcome, reason = _judge(_checker(mechanism), text, ask, (), form)
+    part, outcome, reason = _judge(checker_of(mechanism), text, ask, (), form)
     return Mark("", ask, round(part, 4), 1.0, outcome, write_visibly(reason))
-
-
-@lru_cache(maxsize=8)
-def _checker(mechanism: Mechanism) -> Checker:
-    return Checker(mechanism)
 
 
 def _judge(

@@ -43,7 +43,7 @@ def describe_question(mechanism: Mechanism, ask: str, seed: int = 0) -> dict[str
         known = {name: values[name] for name in letters.kinds if name in values}
         for name, node in letters.defined.items():
             known[name] = FormulaTape(node).evaluate(values, count).whole
-        return {name: _list(value, count) for name, value in known.items() if name != "pi"}
+        return table_of({name: value for name, value in known.items() if name != "pi"})
 
     asked: dict[str, Any] = {
         "kind": "motion",
@@ -73,11 +73,11 @@ def describe_question(mechanism: Mechanism, ask: str, seed: int = 0) -> dict[str
         if quantity.kind == "several":
             known = [measure(omega, quantity.letters) for omega in quantity.values]
             return {"kind": "several", "measures": [table_of(omegas) for omegas in known]}
-        answer: dict[str, Any] = {"values": _list(quantity.values, sample.count)}
+        answer: dict[str, Any] = {"values": _list(quantity.values)}
         if quantity.again is not None:
             values, states = quantity.again
             moved = table({**sample.letters, **states}, sample.count)
-            answer["again"] = {"values": _list(values, sample.count), "states": moved}
+            answer["again"] = {"values": _list(values), "states": moved}
         return answer
 
     fixed = truth.hold(frozenset())
@@ -88,15 +88,15 @@ def describe_question(mechanism: Mechanism, ask: str, seed: int = 0) -> dict[str
 
 def table_of(values: Mapping[str, Array]) -> dict[str, list[float]]:
     """Return values by letter as lists."""
-    return {name: _list(value, len(value)) for name, value in values.items()}
+    return {name: _list(value) for name, value in values.items()}
 
 
 def _list_slips(checker: Checker) -> Iterator[dict[str, Any]]:
     """Yield the slips that lead to another motion, the likeliest first, with that motion."""
     for slip, motion in checker.search.list_slips()[:_MOST_SLIPS]:
-        columns = [_list(column, len(column)) for column in motion.T]
-        yield {"kind": slip.kind, "text": slip.mistake().text, "motion": columns}
+        motions = list(map(_list, motion.T))
+        yield {"kind": slip.kind, "text": slip.mistake().text, "motion": motions}
 
 
-def _list(values: Array, count: int) -> list[float]:
-    return [float(f"{x:.{_DIGITS}g}") for x in np.broadcast_to(values, (count,))]
+def _list(values: Array) -> list[float]:
+    return [float(f"{x:.{_DIGITS}g}") for x in values]

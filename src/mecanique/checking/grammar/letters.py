@@ -20,24 +20,7 @@ Kind: TypeAlias = Literal[
 """The kind of quantity that a letter denotes."""
 
 SPELLINGS = {
-    "arcsin": "asin",
-    "arccos": "acos",
-    "arctan": "atan",
-    "arctan2": "atan2",
-    "sgn": "sign",
-    "ln": "log",
-    "Abs": "abs",
-    "tg": "tan",
-    "sen": "sin",
-    "senh": "sinh",
-    "arcsen": "asin",
-    "ctg": "cot",
-    "cotg": "cot",
-    "cotan": "cot",
-    "cosec": "csc",
-    "arctg": "atan",
-    "EllipticK": "ellipk",
-    **{f"Arc{name.title()}": f"a{name}" for name in ("sin", "cos", "tan")},
+    **{other: name for name, known in FUNCTIONS.items() for other in known.spellings},
     **{name.title(): name for name in FUNCTIONS if name != "atan2"},
 }
 """Other names of functions."""

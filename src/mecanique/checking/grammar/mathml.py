@@ -57,7 +57,7 @@ def _write(element: Element) -> str:
         case "msqrt":
             return f" sqrt({''.join(map(_write, parts))}) "
         case "msup" if len(parts) == 2:
-            return f"{_write_base(parts[0])}^({_write(parts[1])}) "
+            return f"{_write(parts[0]).rstrip()}^({_write(parts[1])}) "
         case "msub" if len(parts) == 2:
             return _write_letter(element)
         case "msubsup" if len(parts) == 3:
@@ -83,11 +83,6 @@ def _read_rate(above: Element, below: Element) -> str:
     order = int(derivative["order"] or 1)
     word = derivative["word"]
     return f" {word}{chr(39) * order} " if word else " d/dt" * order + " "
-
-
-def _write_base(element: Element) -> str:
-    """Return the base of a power; a sum only with its brackets."""
-    return _write(element).rstrip()
 
 
 def _write_letter(element: Element) -> str:

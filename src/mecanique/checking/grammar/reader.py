@@ -13,7 +13,7 @@ from lark import Lark
 from lark import Token as LarkToken
 from lark.exceptions import UnexpectedInput, UnexpectedToken, VisitError
 from lark.lexer import Lexer
-from lark.visitors import Transformer_NonRecursive
+from lark.visitors import Transformer_NonRecursive, v_args
 
 from mecanique.checking.grammar import tree
 from mecanique.checking.grammar.letters import KnownLetters, key_of
@@ -39,7 +39,14 @@ def build_tree(parsed: Any, letters: KnownLetters, text: str) -> list[list[Node]
         raise
 
 
+def _build_in_place(method: Any, _: str, parts: list[Any], __: Any) -> Any:
+    """Return what a method builds, a part of a formula at the place of its tokens."""
+    built = method(parts)
+    return _place(built, parts) if isinstance(built, Node) else built
+
+
 @final
+@v_args(wrapper=_build_in_place)
 class _Builder(Transformer_NonRecursive[Any, Any]):
     """Builds the tree of a formula from its tokens."""
 
@@ -48,11 +55,10 @@ class _Builder(Transformer_NonRecursive[Any, Any]):
         self._letters = letters
         self._text = text
 
-    def start(self, statements: list[list[Node]]) -> list[list[Node]]:
-        return statements
+    def rows(self, parts: list[Any]) -> list[Any]:
+        return parts
 
-    def statement(self, sides: list[Node]) -> list[Node]:
-        return sides
+    start = statement = cells = rows
 
     def number(self, parts: list[LarkToken]) -> Node:
         (token,) = parts
@@ -67,36 +73,30 @@ class _Builder(Transformer_NonRecursive[Any, Any]):
                 f"expected a number of at most 1e{_MOST_EXPONENT}, and at least 1e-{_MOST_EXPONENT}"
             )
             raise FormulaError(what, self._text, place)
-        return tree.number(Fraction(token)).at(token.start_pos or 0, token.end_pos or 0)
+        return tree.number(Fraction(token))
 
     def negative_number(self, parts: list[LarkToken]) -> Node:
-        return tree.negate(self.number(parts[1:])).at(
-            parts[0].start_pos or 0, parts[1].end_pos or 0
-        )
+        return tree.negate(self.number(parts[1:]))
 
     def name(self, parts: list[LarkToken]) -> Node:
-        (token,) = parts
-        return self._letters.node(str(token)).at(token.start_pos or 0, token.end_pos or 0)
-
-    def positive(self, parts: list[Any]) -> Node:
-        return _place(parts[1], parts)
+        return self._letters.node(str(parts[0]))
 
     def negative(self, parts: list[Any]) -> Node:
-        return _place(tree.negate(parts[1]), parts)
+        return tree.negate(parts[1])
 
     def plus(self, parts: list[Any]) -> Node:
-        return _place(tree.add(parts[0], parts[2]), parts)
+        return tree.add(parts[0], parts[2])
 
     def minus(self, parts: list[Any]) -> Node:
         term = tree.negate(parts[2])
         term = term if term.is_zero else term.at(parts[1].start_pos, parts[2].end)
-        return _place(tree.add(parts[0], term), parts)
+        return tree.add(parts[0], term)
 
     def times(self, parts: list[Any]) -> Node:
-        return _place(self._product(parts[0], parts[2]), parts)
+        return self._product(parts[0], parts[2])
 
     def juxtaposition(self, parts: list[Any]) -> Node:
-        return _place(self._product(*parts), parts)
+        return self._product(*parts)
 
     def _product(self, first: Node, second: Node) -> Node:
         if first.kind == "product" and len(first.parts) >= _MOST_FACTORS:
@@ -106,13 +106,13 @@ class _Builder(Transformer_NonRecursive[Any, Any]):
         return tree.multiply(first, second)
 
     def over(self, parts: list[Any]) -> Node:
-        return _place(tree.divide(parts[0], parts[2]), parts)
+        return tree.divide(parts[0], parts[2])
 
     def fraction(self, parts: list[Any]) -> Node:
-        return _place(tree.divide(parts[2], parts[5]), parts)
+        return tree.divide(parts[2], parts[5])
 
     def power(self, parts: list[Any]) -> Node:
-        return _place(self._power(parts[0], parts[2]), parts)
+        return self._power(parts[0], parts[2])
 
     def _power(self, base: Node, exponent: Node) -> Node:
         chain, top = 0, exponent
@@ -127,10 +127,10 @@ class _Builder(Transformer_NonRecursive[Any, Any]):
         return tree.raise_to(base, exponent)
 
     def time_derivative(self, parts: list[Any]) -> Node:
-        return _place(self._rate(parts[1]), parts)
+        return self._rate(parts[1])
 
     def prime(self, parts: list[Any]) -> Node:
-        return _place(self._rate(parts[0]), parts)
+        return self._rate(parts[0])
 
     def _rate(self, node: Node) -> Node:
         try:
@@ -139,19 +139,13 @@ class _Builder(Transformer_NonRecursive[Any, Any]):
             raise FormulaError(str(error), self._text, node.start) from None
 
     def brackets(self, parts: list[Any]) -> Node:
-        return _place(parts[1], parts)
-
-    def cells(self, parts: list[Node]) -> list[Node]:
-        return parts
-
-    def rows(self, parts: list[list[Node]]) -> list[list[Node]]:
-        return parts
+        return parts[1]  # type: ignore[no-any-return]
 
     def square(self, parts: list[Any]) -> Node:
         rows: list[list[Node]] = parts[1]
         if len(rows) == 1 and len(rows[0]) == 1:
-            return _place(rows[0][0], parts)
-        return _place(self._table(rows), parts)
+            return rows[0][0]
+        return self._table(rows)
 
     def _table(self, rows: list[list[Node]]) -> Node:
         if len(rows) == 1 and any(cell.kind == "table" for cell in rows[0]):
@@ -167,26 +161,26 @@ class _Builder(Transformer_NonRecursive[Any, Any]):
         return tree.compound("table", *entries, columns=width)
 
     def argument(self, parts: list[Any]) -> Node:
-        return _place(tree.compound("table", *parts[1]), parts)
+        return tree.compound("table", *parts[1])
 
     def argument_fraction(self, parts: list[Any]) -> Node:
-        return _place(tree.compound("table", self.fraction(parts)), parts)
+        return tree.compound("table", _place(self.fraction(parts), parts))
 
     def function(self, parts: list[Any]) -> Node:
         token, arguments = parts
-        return _place(self._call(token, arguments.parts), parts)
+        return self._call(token, arguments.parts)
 
     def raised_function(self, parts: list[Any]) -> Node:
         token, _, exponent, arguments = parts
         inverse = exponent.kind == "negative" and exponent.parts[0].value == 1
         if inverse and token in ("sin", "cos", "tan"):
             inverted = token.update(value=f"a{token}")
-            return _place(self._call(inverted, arguments.parts), parts)
+            return self._call(inverted, arguments.parts)
         base = _place(self._call(token, arguments.parts), parts)
-        return _place(self._power(base, exponent), parts)
+        return self._power(base, exponent)
 
     def _call(self, token: LarkToken, arguments: Sequence[Node]) -> Node:
-        wanted = FUNCTIONS[token]
+        wanted = FUNCTIONS[token].arguments
         if len(arguments) != wanted:
             raise FormulaError(
                 f"expected {wanted} argument{'s' if wanted > 1 else ''} of {token}, got "
@@ -211,15 +205,15 @@ class _Builder(Transformer_NonRecursive[Any, Any]):
         token, _, rows, _ = parts
         arguments: list[Node] = [cell for row in rows for cell in row]
         if token == "Matrix" and len(arguments) == 1 and arguments[0].kind == "table":
-            return _place(arguments[0], parts)
+            return arguments[0]
         if token == "Matrix" and len(rows) == 1:
-            return _place(self._table([[cell] for cell in arguments]), parts)
+            return self._table([[cell] for cell in arguments])
         if token == "Rational" and len(arguments) == 2:
-            return _place(tree.divide(*arguments), parts)
+            return tree.divide(*arguments)
         if token == "Eq" and len(arguments) == 2:
-            return _place(tree.compound("call", *arguments, name="Eq"), parts)
+            return tree.compound("call", *arguments, name="Eq")
         if token == "Derivative" and arguments[1:] and arguments[1].name == "t":
-            return _place(self._rate(arguments[0]), parts)
+            return self._rate(arguments[0])
         raise FormulaError(f"expected {token} as SymPy prints it", self._text, token.start_pos or 0)
 
 
@@ -235,7 +229,7 @@ start: statement (_NEXT statement)*
 statement: sum (_EQUALS sum)*
 
 ?sum: product
-    | PLUS product            -> positive
+    | PLUS product            -> brackets
     | MINUS product           -> negative
     | sum PLUS product        -> plus
     | sum MINUS product       -> minus
@@ -247,7 +241,7 @@ statement: sum (_EQUALS sum)*
 
 ?signed: factor
     | MINUS signed            -> negative
-    | PLUS signed             -> positive
+    | PLUS signed             -> brackets
 
 ?factor: atom
     | atom POWER exponent     -> power
@@ -255,7 +249,7 @@ statement: sum (_EQUALS sum)*
 
 ?exponent: factor
     | MINUS exponent          -> negative
-    | PLUS exponent           -> positive
+    | PLUS exponent           -> brackets
 
 ?atom: NUMBER                 -> number
     | NAME                    -> name

@@ -13,28 +13,8 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.checking.budget import spend
-from mecanique.checking.grammar.tree import SLOPES, Node, letter
+from mecanique.checking.grammar.tree import FUNCTIONS, Node, letter
 from mecanique.errors import FormulaError
-
-_FUNCTIONS: dict[str, Callable[..., Any]] = {
-    "sin": np.sin,
-    "cos": np.cos,
-    "tan": np.tan,
-    "asin": np.arcsin,
-    "acos": np.arccos,
-    "atan": np.arctan,
-    "atan2": np.arctan2,
-    "sinh": np.sinh,
-    "cosh": np.cosh,
-    "tanh": np.tanh,
-    "exp": np.exp,
-    "log": np.log,
-    "sqrt": np.sqrt,
-    "abs": np.abs,
-    "sign": np.sign,
-    "ellipk": lambda m: _quarter_period(m),
-    "ellipk_of_modulus": lambda k: _quarter_period(k * k),
-}
 
 OPAQUE = ("integral", "ellipk", "ellipk_of_modulus")
 """Functions whose derivatives by their arguments are not taken."""
@@ -143,13 +123,6 @@ class FormulaTape:
         return total
 
 
-def _quarter_period(m: Array) -> Array:
-    """Return K(m), the complete elliptic integral of the first kind."""
-    from scipy.special import ellipk  # wanted by few formulas
-
-    return np.asarray(ellipk(m))
-
-
 def _integrate(node: Node, low: Array, high: Array, letters: Mapping[str, Array]) -> Array:
     """Return the integral of a formula over a letter by Gauss and Legendre's rule."""
     tape = FormulaTape(node.parts[0])
@@ -184,7 +157,9 @@ def _value(node: Node, below: list[Array], letters: Mapping[str, Array]) -> Any:
             return _power(below[0], node.parts[1], below[1])
         case "negative":
             return -below[0]
-    return _FUNCTIONS[node.name](*below)
+    function = FUNCTIONS[node.name].value
+    assert function is not None, "a formula takes the place of others"
+    return function(*below)
 
 
 def _power(base: Array, exponent: Node, value: Array) -> Array:
@@ -229,8 +204,7 @@ def _partials(node: Node, below: list[Array]) -> list[Any]:
         case "power":
             base, exponent = below
             return [exponent * np.power(base, exponent - 1), 0.0]
-    if node.kind == "call" and node.name in SLOPES:
-        slope = _slope_of(node.name)
+    if node.kind == "call" and (slope := _slope_of(node.name)) is not None:
         return [slope.evaluate({_ARGUMENT: below[0]}, len(below[0])).whole]
     if node.name == "atan2":
         square = below[0] ** 2 + below[1] ** 2
@@ -247,9 +221,10 @@ _ARGUMENT = "x"
 
 
 @cache
-def _slope_of(name: str) -> FormulaTape:
-    """Return the derivative of a function of one argument."""
-    return FormulaTape(SLOPES[name](letter(_ARGUMENT)))
+def _slope_of(name: str) -> FormulaTape | None:
+    """Return the derivative of a function of one argument, None if it is not known."""
+    slope = FUNCTIONS[name].slope
+    return None if slope is None else FormulaTape(slope(letter(_ARGUMENT)))
 
 
 def needed_values(tape: FormulaTape, values: FormulaValues, target: Array) -> list[Array]:

@@ -5,40 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Literal, TypeAlias, final
+from typing import Any, Literal, TypeAlias, final
 
+import numpy as np
+
+from mecanique.arrays import Array
 from mecanique.checking.budget import MOST_PARTS, TOO_LONG, spend
 from mecanique.errors import FormulaError
 
 Kind: TypeAlias = Literal[
     "number", "letter", "sum", "product", "quotient", "power", "negative", "call", "table"
 ]
-
-FUNCTIONS = {
-    "sin": 1,
-    "cos": 1,
-    "tan": 1,
-    "cot": 1,
-    "sec": 1,
-    "csc": 1,
-    "asin": 1,
-    "acos": 1,
-    "atan": 1,
-    "atan2": 2,
-    "sinh": 1,
-    "cosh": 1,
-    "tanh": 1,
-    "exp": 1,
-    "log": 1,
-    "sqrt": 1,
-    "abs": 1,
-    "sign": 1,
-    "pow": 2,
-    "ellipk": 1,
-    "ellipk_of_modulus": 1,
-    "integral": 4,
-}
-"""The functions of formulas, with their numbers of arguments."""
 
 MOST_DEPTH = 120
 """Deepest nesting of a formula; printed formulas stay below 20."""
@@ -164,27 +141,62 @@ def call(name: str, *arguments: Node) -> Node:
     return compound("call", *arguments, name=name)
 
 
-SLOPES: dict[str, Callable[[Node], Node]] = {
-    "sin": lambda x: call("cos", x),
-    "cos": lambda x: negate(call("sin", x)),
-    "tan": lambda x: divide(number(1), raise_to(call("cos", x), number(2))),
-    "asin": lambda x: divide(number(1), call("sqrt", add(number(1), negate(_square(x))))),
-    "acos": lambda x: negate(SLOPES["asin"](x)),
-    "atan": lambda x: divide(number(1), add(number(1), _square(x))),
-    "sinh": lambda x: call("cosh", x),
-    "cosh": lambda x: call("sinh", x),
-    "tanh": lambda x: divide(number(1), _square(call("cosh", x))),
-    "exp": lambda x: call("exp", x),
-    "log": lambda x: divide(number(1), x),
-    "sqrt": lambda x: divide(number(1), multiply(number(2), call("sqrt", x))),
-    "abs": lambda x: call("sign", x),
-    "sign": lambda _: number(0),
-}
-"""The derivatives of functions of one argument."""
-
-
 def _square(part: Node) -> Node:
     return raise_to(part, number(2))
+
+
+@final
+@dataclass(frozen=True)
+class Function:
+    """A function of formulas."""
+
+    value: Callable[..., Any] | None = None  # of arrays; None where a formula takes its place
+    slope: Callable[[Node], Node] | None = None  # the derivative by its only argument
+    spellings: tuple[str, ...] = ()  # its other names
+    arguments: int = 1  # their number
+
+
+def _invert_cosine(x: Node) -> Node:
+    """Return 1/√(1 − x²), the derivative of the arcsine."""
+    return divide(number(1), call("sqrt", add(number(1), negate(_square(x)))))
+
+
+def _quarter_period(m: Array) -> Array:
+    """Return K(m), the complete elliptic integral of the first kind."""
+    from scipy.special import ellipk  # wanted by few formulas
+
+    return np.asarray(ellipk(m))
+
+
+FUNCTIONS: Mapping[str, Function] = {
+    "sin": Function(np.sin, lambda x: call("cos", x), ("sen",)),
+    "cos": Function(np.cos, lambda x: negate(call("sin", x))),
+    "tan": Function(np.tan, lambda x: divide(number(1), _square(call("cos", x))), ("tg",)),
+    "cot": Function(spellings=("ctg", "cotg", "cotan")),
+    "sec": Function(),
+    "csc": Function(spellings=("cosec",)),
+    "asin": Function(np.arcsin, _invert_cosine, ("arcsin", "arcsen", "ArcSin")),
+    "acos": Function(np.arccos, lambda x: negate(_invert_cosine(x)), ("arccos", "ArcCos")),
+    "atan": Function(
+        np.arctan,
+        lambda x: divide(number(1), add(number(1), _square(x))),
+        ("arctan", "arctg", "ArcTan"),
+    ),
+    "atan2": Function(np.arctan2, spellings=("arctan2",), arguments=2),
+    "sinh": Function(np.sinh, lambda x: call("cosh", x), ("senh",)),
+    "cosh": Function(np.cosh, lambda x: call("sinh", x)),
+    "tanh": Function(np.tanh, lambda x: divide(number(1), _square(call("cosh", x)))),
+    "exp": Function(np.exp, lambda x: call("exp", x)),
+    "log": Function(np.log, lambda x: divide(number(1), x), ("ln",)),
+    "sqrt": Function(np.sqrt, lambda x: divide(number(1), multiply(number(2), call("sqrt", x)))),
+    "abs": Function(np.abs, lambda x: call("sign", x), ("Abs",)),
+    "sign": Function(np.sign, lambda _: number(0), ("sgn",)),
+    "pow": Function(arguments=2),
+    "ellipk": Function(_quarter_period, spellings=("EllipticK",)),
+    "ellipk_of_modulus": Function(lambda k: _quarter_period(k * k)),
+    "integral": Function(arguments=4),
+}
+"""The functions of formulas, by name."""
 
 
 def rate(node: Node, rates: Mapping[str, Node | None]) -> Node:
@@ -226,6 +238,7 @@ def _rate(node: Node, rates: Mapping[str, Node | None]) -> Node:
         if exponent.kind == "number":
             less = number(exponent.value - 1)
         return multiply(exponent, raise_to(base, less), slopes[0])
-    if node.name in SLOPES:
-        return multiply(SLOPES[node.name](node.parts[0]), slopes[0])
+    function = FUNCTIONS.get(node.name)
+    if function is not None and function.slope is not None:
+        return multiply(function.slope(node.parts[0]), slopes[0])
     raise FormulaError(f"the time derivative of {node.name or 'a table'} is not known here")

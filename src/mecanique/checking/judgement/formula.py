@@ -18,8 +18,8 @@ from mecanique.checking.grammar.reader import Statement, name_values
 from mecanique.checking.grammar.tape import FormulaTape, Rows, find_sign_changes, needed_values
 from mecanique.checking.grammar.tree import Node, add, letter, negate, number, rate
 from mecanique.checking.judgement.equilibria import judge_positions
-from mecanique.checking.judgement.motion import TOLERANCE, Residual, residuals
-from mecanique.checking.judgement.quantities import AskedQuantity, measure, momentum_letters
+from mecanique.checking.judgement.motion import EQUATION_HOLDS, Residual, residuals
+from mecanique.checking.judgement.quantities import AskedQuantity, by_momentum, measure
 from mecanique.checking.judgement.truth import Sample, Truth
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
@@ -47,7 +47,7 @@ class Judged:
     @property
     def agrees(self) -> bool:
         """Whether it is true, up to rounding."""
-        return self.worst <= TOLERANCE or bool(self.rounding)
+        return self.worst <= EQUATION_HOLDS or bool(self.rounding)
 
     @property
     def holds(self) -> bool:
@@ -99,27 +99,25 @@ def _judge_value(
         # a number alone says by its unit what it is
         measured = [name for unit, name in _MEASURES if unit.search(statement.text)]
         name = ([name for name in measured if name in letters] or [*letters, ""])[0]
-        residuals_of: list[Residual] = []
         tried: list[Judged] = []
         for values in cases:
-            residual = _residual(statement, truth, truth.sample, values, name, text, fixed)
+            residual = _residual(statement, truth, values, name, text, fixed)
             judged = _judge_residual(residual, quantity.series)
             if quantity.again is not None:
                 judged = replace(judged, worst=_compare_changes(residual, truth.sample, quantity))
             elif not judged.holds:
                 judged = replace(judged, rounding=find_rounding(residual, text))
-            residuals_of.append(residual)
             tried.append(judged)
         covers = {k for k, judged in enumerate(tried) if judged.agrees}
-        k = min(range(len(tried)), key=lambda k: tried[k].worst)
-        residual = residuals_of[k]
-        judged = tried[k]
+        judged, values = min(zip(tried, cases, strict=True), key=lambda pair: pair[0].worst)
+        best = judged.residual
+        assert best is not None, "it is judged by one"
         if covers:
-            asked = {name: cases[k][name] for name in letters}
+            asked = {name: values[name] for name in letters}
             alone = not (several or by_letter or quantity.again)
-            fault = _find_emptiness(residual, asked, alone=alone, several=by_letter)
+            fault = _find_emptiness(best, asked, alone=alone, several=by_letter)
             judged = replace(judged, fault=fault)
-        all_judged.append(_judge_form(judged, residual, truth, quantity))
+        all_judged.append(_judge_form(judged, best, truth, quantity))
         covered |= covers
     if several and len(covered) < len(cases):
         missing = f"{len(cases) - len(covered)} of {len(cases)} frequencies missing"
@@ -176,7 +174,7 @@ def _find_emptiness(
             moved[name] = np.where(value == 0, np.log(step), step * value)
         values = residual.evaluate(moved)
         changed = np.where(values.size > 0, values.whole / values.size, 0.0)
-        tables.append(np.where(np.abs(changed) > TOLERANCE, changed, 0.0))
+        tables.append(np.where(np.abs(changed) > EQUATION_HOLDS, changed, 0.0))
     signs = np.sign(np.nan_to_num(np.stack(tables)))
     if not signs.any():
         return "it holds for any value of the quantity in question"
@@ -209,7 +207,6 @@ def _judge_residual(
 def _residual(
     statement: Statement,
     truth: Truth,
-    sample: Sample,
     known: Mapping[str, Array],
     name: str,
     text: str,
@@ -222,10 +219,10 @@ def _residual(
     if any(node.kind == "table" for node in root.walk()):
         raise FormulaError("expected a formula, got a matrix", text, root.start)
     # letters of the mechanism keep their own meaning
-    values = {**known, **sample.values, **(fixed or {})}
+    values = {**known, **truth.sample.values, **(fixed or {})}
     if len(sides) == 1:
         values[name] = known[name]
-    return Residual(statement, root, truth, replace(sample, values=values))
+    return Residual(statement, root, truth, replace(truth.sample, values=values))
 
 
 def _judge_matrix(
@@ -254,10 +251,10 @@ def _judge_matrix(
     M = np.stack(given, axis=-1).reshape(sample.count, nv, nv)
     size = np.stack(sizes, axis=-1).reshape(sample.count, nv, nv)
     size = np.maximum(size, np.sqrt(np.einsum("nii,njj->nij", true, true)))
-    if _worst(np.abs(M - true) / size) > TOLERANCE:
+    if _worst(np.abs(M - true) / size) > EQUATION_HOLDS:
         for order in permutations(range(nv)) if nv <= _MOST_ORDERED else ():
             there = true[:, order][:, :, order]
-            if _worst(np.abs(M - there) / size) <= TOLERANCE:
+            if _worst(np.abs(M - there) / size) <= EQUATION_HOLDS:
                 names = ", ".join(truth.velocities[k] for k in order)
                 return [Judged(statement, None, 0.0, (f"in the order {names}",))]
     judged = []
@@ -266,7 +263,7 @@ def _judge_matrix(
         far = _worst(np.abs(M - true)[:, i, j] / size[:, i, j])
         written = f"entry {i + 1}, {j + 1}: {entry.quote(text)}"
         place = replace(statement, sides=(entry,), text=written)
-        residual = _residual(place, truth, sample, {_ENTRY: true[:, i, j]}, _ENTRY, "")
+        residual = _residual(place, truth, {_ENTRY: true[:, i, j]}, _ENTRY, "")
         series = {_ENTRY: quantity.series[str(k)]}
         judged.append(replace(_judge_residual(residual, series), worst=far))
     return judged
@@ -350,15 +347,15 @@ def _judge_free_body(
     foreign = _forces_elsewhere(truth, body, quantity.letters)
     all_judged = []
     for statement in statements:
-        residual = _residual(statement, truth, truth.sample, known, _NOTHING, text)
+        residual = _residual(statement, truth, known, _NOTHING, text)
         named = sorted(residual.root.letters & foreign)
         forms = [f"{name} does not act on {body}" for name in named]
         worst = residual.worst
         moving = {*truth.velocities, *truth.accelerations}
-        if worst > TOLERANCE and not residual.root.letters & moving:
+        if not residual.holds and not residual.root.letters & moving:
             at_rest = residual.tape.evaluate(still, count)
             relative = _worst(at_rest.relative)
-            if relative <= TOLERANCE:
+            if relative <= EQUATION_HOLDS:
                 worst = relative
                 forms.append("it holds at rest only: the inertia forces are missing")
         judged = _judge_residual(residual, series)
@@ -396,46 +393,36 @@ def _judge_canonical(
     statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
 ) -> list[Judged]:
     """Judge Hamilton's equations; all rates of coordinates and momenta must follow from them."""
-    rates = [name for name in quantity.more if name.endswith("'")]
-    unknown = [*truth.velocities, *dict.fromkeys(rates)]
+    nv = len(truth.velocities)
+    # the letters of one momentum are one unknown
+    places = dict(zip(truth.velocities, range(nv), strict=True))
+    places |= by_momentum(truth, range(nv, 2 * nv), "'")
     accelerations = set(truth.accelerations)
     all_judged = []
     for statement in statements:
         _refuse_formula(statement, "a rate", text)
-        residual = _residual(statement, truth, truth.sample, quantity.more, "", text)
+        residual = _residual(statement, truth, quantity.more, "", text)
         fault = ""
-        if residual.worst <= TOLERANCE and residual.root.letters & accelerations:
+        if residual.holds and residual.root.letters & accelerations:
             fault = "Hamilton's equations contain no accelerations"
-        elif residual.worst <= TOLERANCE:
-            slopes = [residual.tape.along(residual.slopes, name) for name in unknown]
-            if not np.abs(np.stack(slopes)).max() > 0:
-                fault = "it contains no rate"
+        elif residual.holds and not _slopes_by_place(residual, places).any():
+            fault = "it contains no rate"
         all_judged.append(replace(_judge_residual(residual, quantity.series), fault=fault))
-    rows = []
-    for judged in all_judged:
-        equation = judged.residual
-        if judged.holds and equation is not None:
-            # the letters of one momentum are one unknown
-            momenta = []
-            for k in range(len(truth.velocities)):
-                letters = [f"{name}'" for name in momentum_letters(truth, k)]
-                momenta.append(_add_slopes(equation, letters))
-            velocities = [_add_slopes(equation, [name]) for name in truth.velocities]
-            rows.append(np.stack([*velocities, *momenta], axis=-1))
-    rank = int(np.linalg.matrix_rank(np.stack(rows, axis=1)[0])) if rows else 0
-    lacking = 2 * len(truth.velocities) - rank
+    equations = [judged.residual for judged in all_judged if judged.holds and judged.residual]
+    rows = [_slopes_by_place(equation, places)[0] for equation in equations]
+    lacking = 2 * nv - int(np.linalg.matrix_rank(np.array(rows))) if rows else 2 * nv
     if lacking:
-        said = f"{lacking} of {2 * len(truth.velocities)} equations missing"
+        said = f"{lacking} of {2 * nv} equations missing"
         all_judged[0] = replace(all_judged[0], missing=(said,))
     return all_judged
 
 
-def _add_slopes(residual: Residual, names: Sequence[str]) -> Array:
-    """Return the sum of the derivatives by some letters."""
-    total = np.zeros(residual.sample.count)
-    for name in names:
-        total = total + residual.tape.along(residual.slopes, name)
-    return total
+def _slopes_by_place(residual: Residual, places: Mapping[str, int]) -> Array:
+    """Return the derivatives by unknowns, each of which may have several letters, shape (n, k)."""
+    slopes = np.zeros((residual.sample.count, 1 + max(places.values())))
+    for name, place in places.items():
+        slopes[:, place] += residual.tape.along(residual.slopes, name)
+    return slopes
 
 
 _WIDEST_RATE = 3.0
@@ -446,7 +433,6 @@ def _judge_steady(
     statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
 ) -> list[Judged]:
     """Judge the rates of steady motions at given positions: each of them, and no others."""
-    sample = truth.sample
     all_judged: list[Judged] = []
     covered: set[int] = set()
     several = False
@@ -461,11 +447,9 @@ def _judge_steady(
         roots = _find_rates(truth, quantity, name)
         apart = np.abs(roots[0] - roots[1])
         several |= bool((apart > 1e-6 * np.nanmax(np.abs(roots))).any())
-        fixed = dict(quantity.more)
-        tried = []
-        for root in roots:
-            tried.append(_residual(statement, truth, sample, {}, "", text, {**fixed, name: root}))
-        holds = [residual.worst <= TOLERANCE and bool(residual.finite.any()) for residual in tried]
+        cases = [{**quantity.more, name: root} for root in roots]
+        tried = [_residual(statement, truth, {}, "", text, case) for case in cases]
+        holds = [residual.holds and bool(residual.finite.any()) for residual in tried]
         covered |= {k for k, right in enumerate(holds) if right}
         best = min(tried, key=lambda residual: residual.worst)
         fault = ""
@@ -547,7 +531,7 @@ def is_equivalent(residual: Residual, truth: Truth, letters: Sequence[str]) -> b
         given = FormulaTape(euler).evaluate(values, sample.count)
         left_side = truth.at(values)(L.diff(velocity).ddt() - L.diff(name))
         relative = np.abs(given.whole - left_side) / (given.size + np.abs(left_side))
-        if not (relative[np.isfinite(relative)] <= TOLERANCE).all():
+        if not (relative[np.isfinite(relative)] <= EQUATION_HOLDS).all():
             return False
     return True
 

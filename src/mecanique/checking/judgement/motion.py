@@ -97,7 +97,7 @@ def _multiply(a: Table | Node, b: Table | Node) -> Table | Node:
     return product
 
 
-TOLERANCE = 1e-8
+EQUATION_HOLDS = 1e-8
 """A difference below this part of the formula's terms is rounding."""
 
 _ROUNDING = 1e-13
@@ -155,7 +155,7 @@ class Residual:
         """Its size relative to that of its terms, shape (n,); zero where it has no value."""
         differences = self.values.relative
         counts = self.finite & (self.values.size > 0)
-        if (differences[counts] > TOLERANCE).any():
+        if (differences[counts] > EQUATION_HOLDS).any():
             counts &= np.abs(self.values.whole) > self._rounding
         return np.where(counts, differences, 0.0)
 
@@ -182,7 +182,7 @@ class Residual:
         for k in reversed(range(len(weights))):
             parent, node = self.tape.parents[k], self.tape.nodes[k]
             hidden[k] = node.name in OPAQUE or (parent >= 0 and hidden[parent])
-            if hidden[k] or weights[k] > TOLERANCE:
+            if hidden[k] or weights[k] > EQUATION_HOLDS:
                 continue
             is_term = parent >= 0 and self.tape.nodes[parent].kind == "sum"
             if is_term and not any(part.is_zero for part in node.walk()):
@@ -197,7 +197,7 @@ class Residual:
     @property
     def holds(self) -> bool:
         """Whether it holds in every state."""
-        return self.worst <= TOLERANCE
+        return self.worst <= EQUATION_HOLDS
 
     @cached_property
     def slopes(self) -> list[Array]:
@@ -235,7 +235,7 @@ class Residual:
         if not self.holds:
             return False
         changed = np.abs(self._moved.whole - self.values.whole) / self._moved.size
-        return bool(np.nanmax(np.where(np.isfinite(changed), changed, 0.0)) <= TOLERANCE)
+        return bool(np.nanmax(np.where(np.isfinite(changed), changed, 0.0)) <= EQUATION_HOLDS)
 
     @cached_property
     def is_affine(self) -> bool:
@@ -252,7 +252,7 @@ class Residual:
         bend = np.abs(second.whole - 2 * first.whole + self.values.whole)
         kink = np.abs(first.whole - 2 * self.values.whole + back.whole)
         curvature = np.fmax(bend, kink) / second.size
-        return bool(np.nanmax(np.where(np.isfinite(curvature), curvature, 0.0)) <= TOLERANCE)
+        return bool(np.nanmax(np.where(np.isfinite(curvature), curvature, 0.0)) <= EQUATION_HOLDS)
 
     @cached_property
     def emptiness(self) -> str:

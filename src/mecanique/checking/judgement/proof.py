@@ -7,7 +7,7 @@ form in the ring, or with too many terms, are only compared in many states.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -54,23 +54,11 @@ class Proof:
 
     def prove_motion(self, root: Node, letters: Mapping[str, Series] | None = None) -> bool:
         """Return whether a formula is proven to be zero in every true motion."""
-        with self._lock:
-            try:
-                self._left = _MOST_PRODUCTS
-                return self._follows(self._read(root, letters or {}))
-            except (DerivationError, UnknownNameError, OverflowError):
-                return False
+        return self._prove(self._follows, root, letters or {})
 
     def prove_constant(self, root: Node, letters: Mapping[str, Series]) -> bool:
         """Return whether a formula is proven to depend on parameters alone."""
-        with self._lock:
-            try:
-                self._left = _MOST_PRODUCTS
-                fraction = self._read(root, letters)
-            except (DerivationError, UnknownNameError, OverflowError):
-                return False
-            kinds = {g.kind for g in (*fraction.above.generators(), *fraction.below.generators())}
-            return bool(fraction.below) and kinds <= {Kind.PARAMETER, Kind.CONSTANT}
+        return self._prove(_is_constant, root, letters)
 
     def prove_conservation(self, root: Node, rates: Mapping[str, Node | None]) -> bool:
         """Return whether the rate of a formula is proven to be zero in every true motion."""
@@ -78,6 +66,16 @@ class Proof:
             return self.prove_motion(rate(root, rates))
         except FormulaError:
             return False
+
+    def _prove(
+        self, holds: Callable[[_Fraction], bool], root: Node, letters: Mapping[str, Series]
+    ) -> bool:
+        with self._lock:
+            try:
+                self._left = _MOST_PRODUCTS
+                return holds(self._read(root, letters))
+            except (DerivationError, UnknownNameError, OverflowError):
+                return False
 
     def _follows(self, fraction: _Fraction) -> bool:
         """Whether a fraction vanishes by the equations of motion and the constraints."""
@@ -242,6 +240,11 @@ def _invert(fraction: _Fraction) -> _Fraction:
     if _is_zero(fraction.above):
         raise DerivationError("a division by zero")
     return _Fraction(fraction.below, fraction.above)
+
+
+def _is_constant(fraction: _Fraction) -> bool:
+    kinds = {g.kind for g in (*fraction.above.generators(), *fraction.below.generators())}
+    return bool(fraction.below) and kinds <= {Kind.PARAMETER, Kind.CONSTANT}
 
 
 def _is_zero(series: Series) -> bool:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal, NamedTuple, TypeAlias, final
+from typing import Literal, NamedTuple, TypeAlias, TypeVar, final
 
 import numpy as np
 
@@ -40,6 +40,9 @@ Kind: TypeAlias = Literal[
     "steady",
 ]
 """The way to compare a formula."""
+
+
+T = TypeVar("T")
 
 
 @final
@@ -278,7 +281,7 @@ class _Asked:
             slips.append(("missing", f"{_UNDAMPED}: it is the undamped frequency", undamped))
         frequencies = _oscillate(M, gyroscopic if name == "undamped frequency" else C, K)
         if np.isfinite(frequencies).all(1).sum() < _FEWEST:
-            where = self._where or "the position with all coordinates zero"
+            where = _name_place(self._position)
             raise InputError(f"{where} is not stable, or nothing oscillates there")
         numbered = [
             f"{letter}{k + 1}" for letter in _NUMBERED for k in range(len(self._truth.velocities))
@@ -325,72 +328,56 @@ class _Asked:
             slips=tuple(slips),
         )
 
-    @property
-    def _where(self) -> str:
-        return "the position in question" if self._position else ""
-
-    def _momenta(self, values: Mapping[str, Array]) -> dict[str, Array]:
-        """Return the canonical momenta by each of their letters."""
-        momenta = dict[str, Array]()
-        for k, velocity in enumerate(self._truth.velocities):
-            value = self._value(self._lagrange.T.diff(velocity), values)
-            momenta |= dict.fromkeys(momentum_letters(self._truth, k), value)
-        return momenta
+    @cached_property
+    def _momenta(self) -> list[Series]:
+        return [self._lagrange.T.diff(velocity) for velocity in self._truth.velocities]
 
     def hamiltonian(self, name: str, _: str) -> AskedQuantity:
         """Return Σ p q' − L, as a function of positions and momenta."""
         moved = roll(self._truth, self._sample)
-        momenta = self._momenta(self._sample.values)
-        again = {**moved, **self._momenta(moved)}
+        here, there = (self._truth.at(values) for values in ({}, moved))
+        momenta, again = (
+            by_momentum(self._truth, map(values, self._momenta)) for values in (here, there)
+        )
         ring = self._lagrange.V.ring
-        slopes = [self._lagrange.T.diff(v) * ring[v] for v in self._truth.velocities]
-        H = ring.sum([self._lagrange.V - self._lagrange.T, *slopes])
-        whole, there = self._value(H, self._sample.values), self._value(H, moved)
+        products = [p * ring[v] for p, v in zip(self._momenta, self._truth.velocities, strict=True)]
+        H = ring.sum([self._lagrange.V - self._lagrange.T, *products])
         joules = dict.fromkeys(self._letters, read_unit("N·m"))
         dimensions = {**joules, **self._units_of_momenta()}
         return AskedQuantity(
             name=name,
             kind="up to a constant",
             letters=self._letters,
-            values=whole,
-            again=(there, again),
+            values=here(H),
+            again=(there(H), {**moved, **again}),
             dimensions=dimensions,
             more=momenta,
         )
 
-    def _units_of_momenta(self) -> dict[str, Dimension]:
-        known = units(self._truth.mechanism)
-        units_by_letter = {}
-        for k, velocity in enumerate(self._truth.velocities):
-            unit = known.get(velocity)
-            for letter in momentum_letters(self._truth, k):
-                if unit is not None:
-                    units_by_letter[letter] = divide(read_unit("N·m"), read_unit(unit))
-                    units_by_letter[f"{letter}'"] = divide(read_unit("N·m/s"), read_unit(unit))
-        return units_by_letter
+    def _units_of_momenta(self, power: str = "N·m", dots: str = "") -> dict[str, Dimension]:
+        """Return the dimensions of momenta, those of an energy or a power by velocities."""
+        known = map(units(self._truth.mechanism).get, self._truth.velocities)
+        ratios = (None if v is None else divide(read_unit(power), read_unit(v)) for v in known)
+        listed = by_momentum(self._truth, ratios, dots).items()
+        return {letter: dimension for letter, dimension in listed if dimension is not None}
 
     def canonical(self, name: str, _: str) -> AskedQuantity:
         """Return the momenta and their rates in true motions."""
         if any(not velocity.endswith("'") for velocity in self._truth.velocities):
             raise InputError("the velocities are not the rates of coordinates")
-        momenta = self._momenta(self._sample.values)
-        rates: dict[str, Array] = {}
-        for k, velocity in enumerate(self._truth.velocities):
-            rate = self._value(self._lagrange.T.diff(velocity).ddt(), self._sample.values)
-            # of a momentum that is constant only rounding is left
-            size = np.abs(momenta[momentum_letters(self._truth, k)[0]]).max(initial=0.0)
-            rate = np.where(np.abs(rate) <= _ROUNDING * size, 0.0, rate)
-            rates |= {f"{letter}'": rate for letter in momentum_letters(self._truth, k)}
-        series: dict[str, Series] = {}
-        for k, velocity in enumerate(self._truth.velocities):
-            slope = (self._lagrange.T - self._lagrange.V).diff(velocity.removesuffix("'"))
-            series |= {f"{letter}'": slope for letter in momentum_letters(self._truth, k)}
+        here, L = self._truth.at({}), self._lagrange.T - self._lagrange.V
+        momenta = here.stack(self._momenta).T
+        rates = here.stack([momentum.ddt() for momentum in self._momenta]).T
+        # of a momentum that is constant only rounding is left
+        size = np.abs(momenta).max(axis=1, initial=0.0, keepdims=True)
+        rates = np.where(np.abs(rates) <= _ROUNDING * size, 0.0, rates)
+        slopes = [L.diff(velocity.removesuffix("'")) for velocity in self._truth.velocities]
         return AskedQuantity(
             name=name,
             kind="rates of momenta",
-            series=series,
-            more=momenta | rates,
-            dimensions=self._units_of_momenta(),
+            series=by_momentum(self._truth, slopes, "'"),
+            more=by_momentum(self._truth, momenta) | by_momentum(self._truth, rates, "'"),
+            dimensions=self._units_of_momenta() | self._units_of_momenta("N·m/s", "'"),
         )
 
     def holding(self, name: str, _: str) -> AskedQuantity:
@@ -577,11 +564,14 @@ def measure(omega: Array, letters: Sequence[str]) -> dict[str, Array]:
     return known
 
 
-def momentum_letters(truth: Truth, k: int) -> list[str]:
-    """Return the letters of the momentum of a velocity that mean nothing else."""
-    names = [v.removesuffix("'") for v in truth.velocities]
-    letters = [f"p{names[k]}", f"p{k + 1}", *(["p"] if len(names) == 1 else [])]
-    return [name for name in letters if name not in truth.sample.values] or letters[:1]
+def by_momentum(truth: Truth, things: Iterable[T], dots: str = "") -> dict[str, T]:
+    """Return what belongs to each momentum by all of its letters that mean nothing else."""
+    names, by_letter = [v.removesuffix("'") for v in truth.velocities], dict[str, T]()
+    for k, (name, thing) in enumerate(zip(names, things, strict=True), 1):
+        letters = [f"p{name}", f"p{k}", *(["p"] if len(names) == 1 else [])]
+        free = [letter for letter in letters if letter not in truth.sample.values] or letters[:1]
+        by_letter |= {f"{letter}{dots}": thing for letter in free}
+    return by_letter
 
 
 def roll(truth: Truth, sample: Sample) -> dict[str, Array]:
@@ -591,6 +581,10 @@ def roll(truth: Truth, sample: Sample) -> dict[str, Array]:
         name: np.roll(value, 1) if name in moving else value
         for name, value in sample.values.items()
     }
+
+
+def _name_place(position: Mapping[str, Array]) -> str:
+    return "the position in question" if position else "the position with all coordinates zero"
 
 
 def linear_matrices(truth: Truth, position: Mapping[str, Array]) -> tuple[Array, Array, Array]:
@@ -605,7 +599,7 @@ def linear_matrices(truth: Truth, position: Mapping[str, Array]) -> tuple[Array,
     # what is prescribed by the time does not act on free vibrations
     here = truth.at({**dict.fromkeys((*names, "t"), 0.0), **position})
     coordinates = [name.removesuffix("'") for name in truth.velocities]
-    where = "the position in question" if position else "the position with all coordinates zero"
+    where = _name_place(position)
     n, nv = truth.sample.count, len(truth.velocities)
     with np.errstate(all="ignore"):
         M = here.M

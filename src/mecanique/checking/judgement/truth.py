@@ -70,9 +70,11 @@ class SeriesValues:
 
     def slopes(self, rows: Sequence[Series], names: Sequence[str]) -> Array:
         """Return the derivatives of several series by letters, shape (n, rows, names)."""
-        slopes = [[self(series.diff(name)) for name in names] for series in rows]
-        whole = np.array(slopes).reshape(len(rows), len(names), self._count)
-        return np.ascontiguousarray(np.moveaxis(whole, 2, 0))
+        whole = np.empty((self._count, len(rows), len(names)))
+        for i, series in enumerate(rows):
+            for j, name in enumerate(names):
+                whole[:, i, j] = self(series.diff(name))
+        return whole
 
     @property
     def M(self) -> Array:
@@ -172,23 +174,24 @@ class Truth:
 
     def hold(self, varied: frozenset[str]) -> Truth:
         """Return the same with states in which only some parameters vary."""
-        held = copy(self)
-        held.__dict__["sample"] = self.with_numbers(varied)
-        return held
+        return self._with_sample(self.with_numbers(varied))
 
     def rest(self, position: Mapping[str, Array]) -> Truth | None:
         """Return the same at rest in a position, without inputs; None if it has no values."""
         sample = self.sample
         inputs = [signal.symbol for signal in self.mechanism.inputs]
         names = (*self.velocities, *inputs, *self.mechanism.coordinates, "t")
-        zero = dict.fromkeys(names, np.zeros(sample.count))
+        zero = dict.fromkeys(names, 0.0)
         values: dict[str, Any] = {**sample.values, **zero, **position}
         still = self._evaluate(values, sample.count, varied=sample.varied, most=sample.count)
         if still is None or still.count < sample.count:
             return None
-        resting = copy(self)
-        resting.__dict__["sample"] = still
-        return resting
+        return self._with_sample(still)
+
+    def _with_sample(self, sample: Sample) -> Truth:
+        same = copy(self)
+        same.__dict__["sample"] = sample
+        return same
 
     def prepare(self) -> None:
         """Derive the equations and evaluate them in the states, if that is still to be done."""

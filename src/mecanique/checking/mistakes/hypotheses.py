@@ -148,7 +148,7 @@ _MOST_TERMS = 12
 """Longer entries of the equations are changed only as a whole, not term by term."""
 
 
-SLIPS = (
+MULTIPLES = (
     (0.0, "missing", "{} is missing"),
     (-1.0, "sign", "the sign of {} is wrong"),
     (2.0, "factor", "{} is counted twice"),
@@ -170,7 +170,7 @@ class _Term(NamedTuple):
 def mistake_terms(right: RightEquations) -> Iterator[WrongDerivation]:
     """Yield equations with a term left out, of the wrong sign, doubled or halved."""
     for term in _list_terms(right):
-        for factor, kind, words in SLIPS:
+        for factor, kind, words in MULTIPLES:
             name = term.name if kind == "missing" else "the term"
             weight = term.weight + 0.5 * (kind == "factor")
             yield _change(right, term, factor, kind, words.format(f"{name} {{}}"), weight)
@@ -209,16 +209,14 @@ def _list_terms(right: RightEquations) -> Iterator[_Term]:
             for part in _split(entry):
                 yield _Term(row, part, column, "the inertia term", 2.0)
     for row, (h, Q) in enumerate(zip(derivation.h, derivation.Q, strict=True)):
-        groups = group_by_velocities(h, velocities)
-        for powers, group in groups.items():
-            name = _name(powers)
-            yield _Term(row, group, -1, name, 1.0)
+        inertial = group_by_velocities(h, velocities).items()
+        acting = group_by_velocities(-Q, velocities).values()
+        groups = [(group, _name(powers), (1.0, 2.0)) for powers, group in inertial]
+        groups += [(group, "the force", (1.2, 1.5)) for group in acting]
+        for group, name, (of_all, of_part) in groups:
+            yield _Term(row, group, -1, name, of_all)
             for part in _split(group):
-                yield _Term(row, part, -1, name, 2.0)
-        for group in group_by_velocities(Q, velocities).values():
-            yield _Term(row, -group, -1, "the force", 1.2)
-            for part in _split(group):
-                yield _Term(row, -part, -1, "the force", 1.5)
+                yield _Term(row, part, -1, name, of_part)
 
 
 def _change(
@@ -427,7 +425,7 @@ def mistake_parts(right: RightEquations) -> Iterator[WrongDerivation]:
         less = right.rebuild(replace(mechanism, forces=others))
         if less is not None:
             acting = right.terms.plus(less, -1)
-            for factor, kind, words in SLIPS:
+            for factor, kind, words in MULTIPLES:
                 what = words.format(f"the force {force.name!r}")
                 if factor == 0.5:
                     what += " (an extra factor ½)"

@@ -26,7 +26,12 @@ from mecanique.checking.judgement.formula import Judged
 from mecanique.checking.judgement.motion import Residual, combine_angles, residuals
 from mecanique.checking.judgement.quantities import AskedQuantity
 from mecanique.checking.judgement.truth import Truth
-from mecanique.checking.mistakes.hypotheses import SLIPS, Hypotheses, WrongDerivation, list_parts
+from mecanique.checking.mistakes.hypotheses import (
+    MULTIPLES,
+    Hypotheses,
+    WrongDerivation,
+    list_parts,
+)
 from mecanique.checking.mistakes.of_quantities import QuantityMistakes
 from mecanique.checking.mistakes.units import LetterUnits, UnitMisfitError
 from mecanique.checking.verdict import Mistake
@@ -40,7 +45,7 @@ from mecanique.model.units import Dimension, read_unit
 
 @final
 class Context:
-    """The likely intentions behind parts of formulas about a mechanism; values (n,) or ()."""
+    """The likely intentions behind parts of formulas about a mechanism; values (n,)."""
 
     def __init__(
         self,
@@ -48,14 +53,10 @@ class Context:
         letters: KnownLetters,
         units: LetterUnits,
         values: Mapping[str, Array],
-        count: int,
     ) -> None:
         self.dimension_of = units.find
         self._dimensions = units.of
-        self.values = {
-            name: np.broadcast_to(np.asarray(value, dtype=float), (count,))
-            for name, value in values.items()
-        }
+        self.values = values
         self.units = {p.symbol: p.unit for p in mechanism.parameters}
         self.coordinates = tuple(mechanism.coordinates)
         self.velocities = mechanism.velocities
@@ -510,7 +511,7 @@ def find_lacking(residual: Residual, series: Mapping[str, Series]) -> Iterator[M
             said = f"{expression(part).text()} and {expression(second).text()}"
             yield Mistake("missing", f"the terms {said} are missing", "", 1.9)
     for part, part_values in zip(parts, values, strict=True):
-        for factor, kind, words in SLIPS:
+        for factor, kind, words in MULTIPLES:
             if is_lacking((1.0 - factor) * part_values):
                 text = words.format(f"the term {expression(part).text()}")
                 yield Mistake(kind, text, "", 1.1 if kind == "missing" else 1.6)
@@ -546,10 +547,8 @@ class Search:
     @cached_property
     def context(self) -> Context:
         """The likely intentions."""
-        sample = self._truth.sample
-        return Context(
-            self._truth.mechanism, self._letters, self.units, sample.letters, sample.count
-        )
+        values = self._truth.sample.letters
+        return Context(self._truth.mechanism, self._letters, self.units, values)
 
     @cached_property
     def units(self) -> LetterUnits:
@@ -688,9 +687,8 @@ class Search:
     def _hold(self, residuals: Sequence[Residual]) -> npt.NDArray[np.bool_]:
         """Return whether each equation holds for the accelerations of each hypothesis."""
         known = all(residual.sample is self._truth.sample for residual in residuals)
-        if not known or all(residual.holds for residual in residuals):
-            return np.zeros((0, len(residuals)), dtype=bool)
-        if not self._hypotheses.listed:
+        right = all(residual.holds for residual in residuals)
+        if not known or right or not self._hypotheses.listed:
             return np.zeros((0, len(residuals)), dtype=bool)
         step = self._hypotheses.motions - self._truth.sample.motion
         columns = []
