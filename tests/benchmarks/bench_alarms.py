@@ -44,7 +44,7 @@ from mecanique.verification import states as drawing
 from mecanique.verification.compare import Answers, ask, judge
 from mecanique.verification.rounding import entry_rounding
 from mecanique.verification.rows import SMALL, least_size, moving_mass, scale
-from mecanique.verification.verdict import TOLERANCE
+from mecanique.verification.verdict import SOLVED_ALIKE
 
 Array = npt.NDArray[np.float64]
 
@@ -148,7 +148,7 @@ def count(name: str, seeds: list[int], samples: int) -> Iterator[Count]:
         everywhere = States(mechanism, q, v, t, a)
         answers = ask(ours, engine, mechanism, everywhere, budget=False)
         entries = largest_of_entries(answers, mechanism, everywhere, samples)
-        large = np.maximum(entries, largest_differences(answers, mechanism, samples) / TOLERANCE)
+        large = np.maximum(entries, largest_differences(answers, mechanism, samples) / SOLVED_ALIKE)
         found.entries = float(entries.max())
         for k, (seed, states) in enumerate(zip(some, drawn, strict=True)):
             if large[k] <= 0.5 and seed % STRIDE:

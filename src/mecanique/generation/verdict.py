@@ -213,7 +213,7 @@ def start_of(mechanism: Mechanism, q: Given, v: Given) -> tuple[float, ...]:
     return (*assemble(mechanism, q).tolist(), *mechanism.velocity(v).tolist())
 
 
-TOLERANCE = 1e-13
+CODE_ALIKE = 1e-13
 """Largest relative difference that counts as agreement, unless rounding allows more."""
 
 _VARIATIONS = 5
@@ -329,7 +329,7 @@ def _compute_cases(program: Program, mechanism: Mechanism, samples: int, seed: i
         expected[name] = values
         weights[name] = unit / size
         rounded = excused.get(ROUNDED.get(base, base), np.zeros(samples)) / size.min(axis=1)
-        allowed[name] = np.maximum(DIFFERENCES if quantity.by else TOLERANCE, rounded)
+        allowed[name] = np.maximum(DIFFERENCES if quantity.by else CODE_ALIKE, rounded)
     p = np.empty((samples, len(program.parameters)))
     for k, letter in enumerate(program.parameters):
         p[:, k] = states.values[letter.name]
@@ -450,7 +450,7 @@ def judge(program: Program, target: Target, cases: Cases, seed: int) -> CodeVerd
     return CodeVerdict(
         samples=len(cases),
         seed=seed,
-        tolerance=TOLERANCE,
+        tolerance=CODE_ALIKE,
         worst=worst,
         rounded={name: float(np.max(rows, initial=0.0)) for name, rows in cases.allowed.items()},
         versions={**versions(), "run by": target.version()},

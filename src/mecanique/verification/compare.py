@@ -41,7 +41,7 @@ from mecanique.verification.rounding import (
 )
 from mecanique.verification.rows import QUANTITIES, DynamicsSource, evaluate, rows_of, scales
 from mecanique.verification.states import random_states, usual_samples
-from mecanique.verification.verdict import TOLERANCE, Row, Verdict, conclude
+from mecanique.verification.verdict import SOLVED_ALIKE, Row, Verdict, conclude
 from mecanique.wording import OF_SHAPES, say_count
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def has_mass(mechanism: Mechanism) -> bool:
 
 
 def compare_kinematics(
-    mechanism: Mechanism, samples: int, seed: int, tolerance: float = TOLERANCE
+    mechanism: Mechanism, samples: int, seed: int, tolerance: float = SOLVED_ALIKE
 ) -> Verdict:
     """Compare poses and Jacobians of all bodies, and gaps and Jacobians of loops, with the engine.
 
@@ -617,7 +617,7 @@ def verify(
         mechanism.refuse_switching(
             "its modes are compared with Pinocchio alone, not with another source"
         )
-        return compare_with(mechanism, against, samples, seed, tolerance or TOLERANCE, header)
+        return compare_with(mechanism, against, samples, seed, tolerance or SOLVED_ALIKE, header)
     if mechanism.switching:
         from mecanique.verification.modes import compare_modes
 
@@ -626,7 +626,7 @@ def verify(
         verdict = compare(mechanism, samples, seed, tolerance=tolerance, progress=progress)
         explained = verdict if verdict.agrees else _explain(verdict, mechanism)
     else:
-        explained = compare_kinematics(mechanism, samples, seed, tolerance or TOLERANCE)
+        explained = compare_kinematics(mechanism, samples, seed, tolerance or SOLVED_ALIKE)
     if mechanism.origin is None and not engines:
         return explained  # nothing was read from a file
     from mecanique.verification.engines import read_by
@@ -664,7 +664,7 @@ def judge(
     rows = answers.rows(mechanism, states, tolerance)
     ordered = sorted(rows, key=lambda row: QUANTITIES.index(row.quantity))
     return conclude(
-        mechanism, ordered, len(states), seed, tolerance or TOLERANCE, notes=answers.notes
+        mechanism, ordered, len(states), seed, tolerance or SOLVED_ALIKE, notes=answers.notes
     )
 
 

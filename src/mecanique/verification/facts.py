@@ -214,7 +214,7 @@ def jacobian(function: Callable[[Array], Any], at: Array) -> Array:
     )
 
 
-TOLERANCE = 1e-10
+FACT_HOLDS = 1e-10
 """Largest residual of a fact that holds."""
 
 SOURCES = ("reference", "derive")
@@ -243,7 +243,7 @@ class FactRow:
     @property
     def holds(self) -> bool:
         """Whether the residual is at most 1e-10."""
-        return self.residual <= TOLERANCE
+        return self.residual <= FACT_HOLDS
 
     @property
     def fails(self) -> bool:
@@ -435,7 +435,7 @@ def _frequencies(bench: Bench, fact: Frequencies) -> float:
     difference = float(np.max(np.abs(squares - expected)) / np.max(expected))
     # the rounding of a long chain's M grows with the square of its size
     rounding = float(np.finfo(float).eps * len(M) ** 2 * np.linalg.cond(M))
-    return difference if rounding < TOLERANCE else max(0.0, difference - rounding)
+    return difference if rounding < FACT_HOLDS else max(0.0, difference - rounding)
 
 
 def _eigenvalues(bench: Bench, fact: Eigenvalues) -> float:

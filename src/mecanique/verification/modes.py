@@ -52,7 +52,7 @@ from mecanique.reference.engine.package import engine_name
 from mecanique.reference.loops.closed import load_once
 from mecanique.verification.rows import IMPACT_MOMENTUM, OF_ELEMENTS, rows_of
 from mecanique.verification.states import random_states
-from mecanique.verification.verdict import TOLERANCE, Row, Verdict, conclude
+from mecanique.verification.verdict import SOLVED_ALIKE, Row, Verdict, conclude
 
 EPSILON = 1e-15
 """Rounding of an entry of a mode's system, relative to the largest of its row."""
@@ -80,7 +80,7 @@ def compare_modes(
             f"mechanism {mechanism.name!r} has constraints that hold in every mode; modes are "
             "compared for trees alone"
         )
-    bench = _Bench(mechanism, random_states(base, samples, seed), tolerance or TOLERANCE)
+    bench = _Bench(mechanism, random_states(base, samples, seed), tolerance or SOLVED_ALIKE)
     choices = [element.states for element in bench.elements]
     count = prod(map(len, choices))
     if count > MOST_MODES:
@@ -96,7 +96,7 @@ def compare_modes(
         modes = [dict(zip(names, combined, strict=True)) for combined in product(*choices)]
         rows, notes = bench.compare_numbers(modes)
     rows += bench.compare_impacts()
-    return conclude(mechanism, rows, samples, seed, tolerance or TOLERANCE, notes=tuple(notes))
+    return conclude(mechanism, rows, samples, seed, tolerance or SOLVED_ALIKE, notes=tuple(notes))
 
 
 def solve_mode(
@@ -107,7 +107,7 @@ def solve_mode(
     Of an impact these are the velocities after it and the impulses of its element alone. Shapes
     (n, nv + forces) and (n,).
     """
-    bench = _Bench(mechanism, states, TOLERANCE)
+    bench = _Bench(mechanism, states, SOLVED_ALIKE)
     solution, condition = bench.solve(mode, bench.theirs, struck=struck)
     rounding = EPSILON * condition * np.linalg.norm(solution, axis=1)
     if struck:
@@ -120,7 +120,7 @@ def solve_mode(
 
 def measure_elements(mechanism: Mechanism, states: States) -> Array:
     """Return gap and rate of each normal force, and the slip of each friction, by the engine."""
-    bench = _Bench(mechanism, states, TOLERANCE)
+    bench = _Bench(mechanism, states, SOLVED_ALIKE)
     terms, columns = bench.theirs, list[Array]()
     for element in bench.elements:
         for row in element.rows:

@@ -31,7 +31,7 @@ import numpy as np
 from mecanique.arrays import Array, median
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
-from mecanique.verification.verdict import TOLERANCE, Row
+from mecanique.verification.verdict import SOLVED_ALIKE, Row
 from mecanique.wording import say_count
 
 QUANTITIES = (
@@ -199,13 +199,13 @@ def rows_of(
     *,
     rounding: Values | None = None,
     entries: Values | None = None,
-    tolerance: float | None = TOLERANCE,
+    tolerance: float | None = SOLVED_ALIKE,
 ) -> tuple[Row, ...]:
     """Compare two sources quantity by quantity; rounding (n,)."""
     # a row reports the state, and the entry, where the difference is largest compared with what
     # is allowed there
     mass = moving_mass(mechanism)
-    usual = TOLERANCE if tolerance is None else tolerance
+    usual = SOLVED_ALIKE if tolerance is None else tolerance
     M, bounds = theirs["mass matrix"], entries or {}
     rows = []
     for quantity in (name for name in (*QUANTITIES, OF_ELEMENTS, IMPACT_MOMENTUM) if name in ours):

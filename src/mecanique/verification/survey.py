@@ -16,7 +16,7 @@ from typing import Literal, TypeAlias, final
 from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import whole
-from mecanique.verification.verdict import TOLERANCE
+from mecanique.verification.verdict import SOLVED_ALIKE
 
 Progress: TypeAlias = Callable[[float], None]
 """Receives the part of the work that is done, from 0 to 1."""
@@ -39,7 +39,7 @@ class Entry:
     refused: str = ""  # why it was refused, in one sentence; empty if it was compared
     seconds: float = 0.0  # how long it took [s]
     rounding: float = 0.0  # relative difference that rounding alone explains there
-    allowed: float = TOLERANCE  # relative difference that counts as agreement there
+    allowed: float = SOLVED_ALIKE  # relative difference that counts as agreement there
 
 
 @final
@@ -160,7 +160,7 @@ def _survey(
         entries.append(entry)
         if progress is not None:
             progress(len(entries) / len(tasks))
-    return Survey(tuple(entries), samples, seed, TOLERANCE, perf_counter() - start)
+    return Survey(tuple(entries), samples, seed, SOLVED_ALIKE, perf_counter() - start)
 
 
 def _entries(

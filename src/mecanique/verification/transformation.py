@@ -24,7 +24,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.verification.rows import differ_by, moving_mass
 from mecanique.verification.states import random_states
-from mecanique.verification.verdict import TOLERANCE
+from mecanique.verification.verdict import SOLVED_ALIKE
 
 Expressions: TypeAlias = list[Any]
 
@@ -46,7 +46,7 @@ class Transformation:
     @property
     def agrees(self) -> bool:
         """Whether Jᵀ times the first equations gives the second ones."""
-        return all(value <= TOLERANCE for value in self.worst.values())
+        return all(value <= SOLVED_ALIKE for value in self.worst.values())
 
     def __str__(self) -> str:
         lines = [

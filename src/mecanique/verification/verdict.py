@@ -233,7 +233,7 @@ class LikelyCause(Legible):
 NOT_INSTALLED = "not installed"
 """The version of an engine that is missing."""
 
-TOLERANCE = 1e-9
+SOLVED_ALIKE = 1e-9
 """Largest relative difference that counts as agreement of what is solved for, or has forces."""
 
 _FEW = 4
@@ -266,7 +266,7 @@ class Row:
     entry: tuple[str, ...] = ()
     by_entry: bool = False  # whether each entry is judged by itself, by the terms that it sums
     # what counts as agreement however little rounding explains; 0 if rounding alone decides
-    tolerance: float = TOLERANCE
+    tolerance: float = SOLVED_ALIKE
 
     def __post_init__(self) -> None:
         # a NaN compares false with everything and would be lost by max(): it counts as infinitely

@@ -237,7 +237,7 @@ WORK = "work done"
 """Name on the tape of the work that has been done, which comes after the state."""
 
 
-TOLERANCE = 1e-7
+PAGE_ALIKE = 1e-7
 """Largest difference, relative to the largest number of its kind, that counts as agreement."""
 
 
@@ -265,7 +265,7 @@ def find_unknown(
             known, scale = np.hstack([known[:, :3], turns]), np.repeat([size, 1.0], [3, 9])
         differences = np.abs(ours - known).max(axis=0, initial=0.0)
         missing = any(scalar is None for scalar in row)
-        if missing or not np.all(differences <= TOLERANCE * scale):
+        if missing or not np.all(differences <= PAGE_ALIKE * scale):
             if part.kind in _OF_MOTION and not missing:
                 raise DerivationError(
                     f"the program gives another {_OF_MOTION[part.kind]} of {part.name} than the "
@@ -485,7 +485,7 @@ class Maker:
             motion.reference, motion.q[chosen], motion.v[chosen], motion.t[chosen]
         )
         gaps = np.abs(a - np.hypot(b, c) - known).max(axis=0)
-        near = gaps <= TOLERANCE * np.abs(known).max(axis=0)  # not where they are undetermined
+        near = gaps <= PAGE_ALIKE * np.abs(known).max(axis=0)  # not where they are undetermined
         return {
             name: margin for (name, margin), same in zip(margins.items(), near, strict=True) if same
         }

@@ -33,7 +33,7 @@ from mecanique.model.mechanism_units import per_second
 from mecanique.model.units import read_unit
 from mecanique.urdf.markup import quote
 
-TOLERANCE = 1e-8
+SIMULATION_RTOL = 1e-8
 """Default relative tolerance of a simulation."""
 
 
@@ -116,7 +116,7 @@ def describe_model(program: Program, generator: str) -> str:
         f"  <ModelExchange {held}{same}/>",
         f'  <CoSimulation {same} canHandleVariableCommunicationStepSize="true"/>',
         *_write_units(variables),
-        f'  <DefaultExperiment startTime="0" stopTime="10" tolerance="{TOLERANCE!r}"/>',
+        f'  <DefaultExperiment startTime="0" stopTime="10" tolerance="{SIMULATION_RTOL!r}"/>',
         "  <ModelVariables>",
     ]
     for place, variable in enumerate(variables):
@@ -308,7 +308,7 @@ def write_source(program: Program) -> str:
         f"static const int FIXED[P + 1] = {{{', '.join([*held, '0'])}}};",
         f"static const int first_output[GROUPS + 1] = {{{', '.join(map(str, firsts))}}};",
         *write_constants(["NEAREST"]),
-        f"static const double TOLERANCE = {TOLERANCE!r};",
+        f"static const double TOLERANCE = {SIMULATION_RTOL!r};",
         "typedef void (*Give)(double, const double *, const double *, double *);",
         f"static const Give output[GROUPS + 1] = {{{', '.join([*functions, 'NULL'])}}};",
         "",

@@ -39,7 +39,7 @@ from mecanique.program.traced import trace, value_of, values_of
 from mecanique.verification.rounding import rounding
 from mecanique.verification.rows import rows_of
 from mecanique.verification.states import random_states
-from mecanique.verification.verdict import TOLERANCE
+from mecanique.verification.verdict import SOLVED_ALIKE
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
@@ -243,7 +243,7 @@ def require_agreement(
     most = rounding(mechanism, states, theirs)
     ours = {"acceleration": accelerations(states)}
     (row,) = rows_of((source, "reference"), ours, theirs, states, mechanism, rounding=most)
-    if not row.worst <= max(TOLERANCE, row.rounding):
+    if not row.worst <= max(SOLVED_ALIKE, row.rounding):
         raise DerivationError(
             f"the {source} of {mechanism.name!r} and the reference disagree: accelerations "
             f"differ by {row.worst:.1e} at q = {list(row.q)}; "

@@ -7,7 +7,7 @@ from typing import Any, final
 
 import numpy as np
 
-TOLERANCE = 1e-9
+STATEMENT_HOLDS = 1e-9
 """Largest relative residual of a numeric statement that holds."""
 
 
@@ -72,7 +72,7 @@ def agreement(number: str, states: str, how: str, *pairs: tuple[Any, Any]) -> Ch
         a, b = np.asarray(left, dtype=float), np.asarray(right, dtype=float)
         size = max(float(np.abs(a).max()), float(np.abs(b).max()), 1e-300)
         worst = max(worst, float(np.abs(a - b).max()) / size)
-    return ChapterRow(number, states, how, "numeric", worst <= TOLERANCE, worst)
+    return ChapterRow(number, states, how, "numeric", worst <= STATEMENT_HOLDS, worst)
 
 
 def decision(number: str, states: str, how: str, *facts: bool) -> ChapterRow:
