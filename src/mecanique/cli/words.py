@@ -6,7 +6,7 @@ import functools
 import math
 import runpy
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, final
 
@@ -112,6 +112,8 @@ def source(
     word: str, reading: FileOptions
 ) -> Mapping[str, Callable[..., Any]] | Path | mq.Mechanism:
     """Return the source to compare a mechanism with."""
+    from mecanique.verification.foreign import Functions
+
     path = Path(word)
     if path.suffix.lower() in (".csv", ".fmu", ".so", ".dylib", ".dll"):
         return path
@@ -125,19 +127,7 @@ def source(
     except (Exception, SystemExit) as error:
         # an exit of the file would end this program as if all agreed
         raise mq.InputError(f"{word} raised {type(error).__name__}: {error}") from error
-    answers = (
-        "M",
-        "C",
-        "g",
-        "mass_matrix",
-        "bias",
-        "coriolis",
-        "gravity",
-        "forces",
-        "inverse_dynamics",
-        "acceleration",
-        "energy",
-    )
+    answers = ("M", "C", "g", *(item.name for item in fields(Functions) if item.name != "by"))
     functions = {name: defined[name] for name in answers if callable(defined.get(name))}
     if not functions:
         raise mq.InputError(f"expected functions among {', '.join(answers)} in {word}, found none")

@@ -124,7 +124,8 @@ def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
         elif scope.closed and not is_closed(mechanism, loop, poses):
             yield f"loop {loop.name}: it is open where {form} states it, at coordinates of zero"
     steps = axial_steps(mechanism)
-    for name in lengths.keys() - list_lengths(stated).keys():
+    kept = list_lengths(stated)
+    for name in (name for name in lengths if name not in kept):
         yield f"tendon {name.removesuffix(LENGTH)}: {form} states none of its kind"
     for name, law in mechanism.coordinates.driven.items():
         if name in lengths:

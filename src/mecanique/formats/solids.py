@@ -91,12 +91,12 @@ def mesh_of(corners: Corners, rule: Rule) -> Mass:
     if rule == "shell":
         weights, middle = areas, apex
     else:
-        weigh = _count_all if rule == "legacy" else pyramids
-        weights = weigh(corners, apex)
+        count = np.abs if rule == "legacy" else np.asarray
+        weights = count(pyramids(corners, apex))
         if weights.sum() < _SMALL:
             raise InputError("the volume of the mesh is too small, or its triangles face inwards")
         middle = weights @ (0.75 * centers + 0.25 * apex) / weights.sum()
-        weights = weigh(corners, middle)
+        weights = count(pyramids(corners, middle))
     inertia = inertia_of(corners - middle, weights, shell=rule == "shell")
     return Mass(float(weights.sum()), middle, as_principal(inertia))
 
@@ -130,10 +130,6 @@ def principal_axes(inertia: Array) -> Array:
         step[r, c], step[c, r] = tangent * cosine, -tangent * cosine
         axes = axes @ step
     return axes
-
-
-def _count_all(corners: Corners, apex: Array) -> Array:
-    return np.abs(pyramids(corners, apex))
 
 
 def _check_orientation(corners: Corners) -> None:

@@ -61,13 +61,8 @@ def sum_masses(parts: Sequence[Mass]) -> Mass:
     inertia = np.zeros((3, 3))
     for part in parts:
         arm = part.center - center
-        inertia += part.inertia + part.mass * steiner(arm)
+        inertia += part.inertia + part.mass * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
     return Mass(total, center, inertia)
-
-
-def steiner(arm: Array) -> Array:
-    """Return the inertia of a unit mass at a distance, shape (3, 3)."""
-    return np.asarray((arm @ arm) * np.eye(3) - np.outer(arm, arm))
 
 
 def solid_of(form: str, size: Array) -> tuple[float, Array]:

@@ -69,9 +69,11 @@ def _within(holder: Element, raw: bytes) -> Iterator[Blank]:
         return
     for element in holder.children:
         for attribute in _NUMBERS.get(element.tag, ()):
-            value = raw_attribute(element, raw, attribute)
-            if value is None:
+            span = find_attribute(element, raw, attribute)
+            if span is None:
                 continue
+            # as written, its blanks untouched
+            value = unescape(raw[span[0] + 1 : span[1] - 1].decode("utf-8", "replace"))
             vector = (element.tag, attribute) in _VECTORS
             words = value.split(" ") if vector else [value]
             # leading blanks are skipped, also by urdfdom
@@ -79,16 +81,12 @@ def _within(holder: Element, raw: bytes) -> Iterator[Blank]:
                 yield Blank(element, attribute, value, inertial is not None)
 
 
-def raw_attribute(element: Element, raw: bytes, name: str) -> str | None:
-    """Return an attribute as written, its blanks untouched; None if it is not there."""
+def find_attribute(element: Element, raw: bytes, name: str) -> tuple[int, int] | None:
+    """Return where an attribute's value stands with its quotes; None if it is not there."""
     tag = start_tag(element, raw)
-    match = tag and re.search(
-        rb"\s%s\s*=\s*(?:\"([^\"]*)\"|'([^']*)')" % name.encode(), tag.group()
-    )
-    if not match:
-        return None
-    double, single = match.groups()
-    return unescape((single if double is None else double).decode("utf-8", "replace"))
+    pattern = re.compile(rb"\s%s\s*=\s*(\"[^\"]*\"|'[^']*')" % name.encode())
+    match = tag and pattern.search(raw, *tag.span())
+    return match.span(1) if match else None
 
 
 def start_tag(element: Element, raw: bytes) -> re.Match[bytes] | None:

@@ -10,8 +10,6 @@ from mecanique.urdf.limits import MOST_DEPTH, MOST_VELOCITIES
 from mecanique.urdf.reading.document import UrdfDocument
 from mecanique.urdf.reading.joints import SINGLE
 
-_VELOCITIES = {**dict.fromkeys(SINGLE, 1), "planar": 3, "universal": 2, "ball": 3, "floating": 6}
-
 
 def check(document: UrdfDocument, report: Report) -> None:
     """Note what other programs make of the text."""
@@ -65,11 +63,8 @@ def _each(document: UrdfDocument, report: Report) -> None:
 
 
 def _size(document: UrdfDocument, report: Report) -> None:
-    count = sum(
-        _VELOCITIES.get(joint.kind, 0)
-        for joint in document.joints
-        if joint.name not in document.mimics
-    )
+    free = (joint for joint in document.joints if joint.name not in document.mimics)
+    count = sum(len(joint.joint().velocities) for joint in free)
     if count > MOST_VELOCITIES:
         report.add("M701", document.element, f"the robot has {count} velocities")
     if document.root is None:

@@ -25,7 +25,7 @@ from mecanique.urdf.meshes import read_mesh
 from mecanique.urdf.reading.document import read_document
 from mecanique.urdf.reading.links import ENTRIES, UrdfLink
 from mecanique.urdf.reading.packages import PackagePath
-from mecanique.urdf.solids import hull_of, inertia_of, pyramids, steiner
+from mecanique.urdf.solids import Mass, hull_of, inertia_of, pyramids, sum_masses
 from mecanique.urdf.solids import solid_of as primitive_of
 from mecanique.wording import Legible, say_count
 
@@ -55,13 +55,9 @@ class HomogeneousSolid:
     kind: str
 
     def __add__(self, other: HomogeneousSolid) -> HomogeneousSolid:
-        volume = self.volume + other.volume
-        center = (self.volume * self.center + other.volume * other.center) / volume
-        inertia = sum(
-            solid.inertia + solid.volume * steiner(solid.center - center) for solid in (self, other)
-        )
+        whole = sum_masses([Mass(x.volume, x.center, x.inertia) for x in (self, other)])
         low, high = np.minimum(self.low, other.low), np.maximum(self.high, other.high)
-        return HomogeneousSolid(volume, center, np.asarray(inertia), low, high, "several")
+        return HomogeneousSolid(whole.mass, whole.center, whole.inertia, low, high, "several")
 
     def outside(self, point: Array) -> float:
         """Return how far a point lies outside of the solid's bounding box [m]."""

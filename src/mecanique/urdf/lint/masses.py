@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections import defaultdict
 from collections.abc import Sequence
 
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.placement import pose_of
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.document import UrdfDocument
@@ -76,20 +74,14 @@ def _no_resistance(joint: JointText, carried: Sequence[tuple[UrdfLink, Array]]) 
     inertia = np.zeros((6, 6))
     size = 0.0
     for link, pose in carried:
-        at = pose @ pose_of(link.frame)
-        turn, arm = at[:3, :3], at[:3, 3]
-        cross = np.array([[0, -arm[2], arm[1]], [arm[2], 0, -arm[0]], [-arm[1], arm[0], 0]])
-        tensor = turn @ tensor_of(link.inertia) @ turn.T
-        inertia += np.block(
-            [
-                [tensor - link.mass * cross @ cross, link.mass * cross],
-                [-link.mass * cross, link.mass * np.eye(3)],
-            ]
-        )
+        body = link.mass_at(pose)
+        # the velocity of the center is v + ω × r
+        lever = np.vstack([np.cross(np.eye(3), body.center), np.eye(3)])
+        inertia += body.mass * lever @ lever.T
+        inertia[:3, :3] += body.inertia
         # what rounding leaves of an arm or a tensor that lies along the axis
-        size += _ROUNDING * float(np.trace(tensor)) + link.mass * _LEVER**2 * max(
-            1.0, float(arm @ arm)
-        )
+        size += _ROUNDING * float(np.trace(body.inertia))
+        size += body.mass * _LEVER**2 * max(1.0, float(body.center @ body.center))
     block = motions @ inertia @ motions.T
     if len(block) == 1:
         # a slide meets the mass, however small; a turn the inertia that is more than rounding
@@ -100,19 +92,13 @@ def _no_resistance(joint: JointText, carried: Sequence[tuple[UrdfLink, Array]]) 
 
 def _motions(joint: JointText) -> Array:
     """The velocities of the child's origin that a joint allows: rows (ω, v), each shape (6,)."""
-    axis = np.array(joint.axis) / math.hypot(*joint.axis)
-    turns, slides = np.eye(6)[:3], np.eye(6)[3:]
-    match joint.kind:
-        case "prismatic":
-            return np.hstack([np.zeros(3), axis])[None]
-        case "planar":
-            across = np.linalg.svd(axis[None])[2][1:]
-            normal = np.hstack([axis, np.zeros(3)])[None]
-            return np.vstack([np.hstack([np.zeros((2, 3)), across]), normal])
-        case "ball":
-            return turns
-        case "universal":
-            return turns[:2]
-        case "floating":
-            return np.vstack([turns, slides])
-    return np.hstack([axis, np.zeros(3)])[None]
+    rows: list[Array] = []
+    for motion in joint.joint().chain:
+        match motion.kind:
+            case "turn":
+                rows.append(np.append(motion.axis, np.zeros(3)))
+            case "slide":
+                rows.append(np.append(np.zeros(3), motion.axis))
+            case "ball" | "free":
+                rows += [*np.eye(6)[: 3 if motion.kind == "ball" else 6]]
+    return np.array(rows)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import final
@@ -14,7 +13,7 @@ from mecanique.model.bodies.tensor import entries_of, tensor_of
 from mecanique.model.mechanism.validation import inertia_fault
 from mecanique.urdf.dialect import DRAKE_NAMESPACE, uses_drake
 from mecanique.urdf.findings import Report
-from mecanique.urdf.lint.blanks import blanks, start_tag
+from mecanique.urdf.lint.blanks import blanks, find_attribute, start_tag
 from mecanique.urdf.markup import Element, quote
 from mecanique.urdf.parse import parse
 from mecanique.urdf.reading.fields import Passage
@@ -92,9 +91,6 @@ def _project(moments: np.ndarray) -> np.ndarray:
     slack = 1e-12 * np.abs(moments).max()
     feasible = [foot for foot in feet if (_FACES @ foot >= -slack).all()]
     return min(feasible, key=lambda foot: float(np.linalg.norm(foot - moments)))
-
-
-_PARSED = "an element that was parsed has a start tag"
 
 
 @final
@@ -176,7 +172,7 @@ def _edits(robot: Element, raw: bytes, name: str) -> Iterator[_Edit]:
         axes = joint.all("axis")
         if not axes and joint.children:
             tag = start_tag(joint, raw)
-            assert tag is not None, _PARSED
+            assert tag is not None, "an element that was parsed has a start tag"
             yield _Edit(tag.end(), tag.end(), '\n    <axis xyz="1 0 0"/>')
         elif len(axes) == 1:
             yield from _unit(axes[0], raw)
@@ -193,12 +189,8 @@ def _unit(axis: Element, raw: bytes) -> Iterator[_Edit]:
 
 def _attribute(element: Element, raw: bytes, name: str, value: str) -> Iterator[_Edit]:
     """Replace the value of an attribute."""
-    tag = start_tag(element, raw)
-    assert tag is not None, _PARSED
-    pattern = rb"\s%s\s*=\s*(\"[^\"]*\"|'[^']*')" % name.encode()
-    match = re.search(pattern, tag.group())
-    if match:
-        yield _Edit(tag.start() + match.start(1), tag.start() + match.end(1), f'"{value}"')
+    if (span := find_attribute(element, raw, name)) is not None:
+        yield _Edit(*span, f'"{value}"')
 
 
 def _insert(element: Element, text: str) -> _Edit:

@@ -10,11 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.arrays import Array
-from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.placement import pose_of
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.document import UrdfDocument
-from mecanique.urdf.reading.links import UrdfLink
 from mecanique.urdf.solids import Mass
 
 _MASS, _MOMENT = 0.01, 0.05
@@ -66,16 +64,10 @@ def check(document: UrdfDocument, report: Report) -> None:
         # what only bears such a name, as on a robot with two arms side by side
         if np.linalg.norm(b[:3, 3] - _MIRROR * a[:3, 3]) > _NEAR:
             continue
-        differences = list(_differences(_look(left, a), _look(right, b), a, b))
+        differences = list(_differences(left.mass_at(a), right.mass_at(b), a, b))
         if differences:
             message = f"it is not link {left.name!r} mirrored: {'; '.join(differences)}"
             report.add("M212", right, message)
-
-
-def _look(link: UrdfLink, pose: Array) -> Mass:
-    """Return the mass of a link in the root's axes."""
-    mass = Mass(link.mass, np.zeros(3), tensor_of(link.inertia))
-    return mass.move(pose @ pose_of(link.frame))
 
 
 def _differences(left: Mass, right: Mass, a: Array, b: Array) -> Iterator[str]:

@@ -5,17 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Any, final
 
+import numpy as np
+
+from mecanique.arrays import Array
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.body import Inertia, Shape
+from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Mesh, Rgba, Sphere, Visual
 from mecanique.model.mechanism.validation import inertia_fault
-from mecanique.model.placement import Placement
+from mecanique.model.placement import Placement, pose_of
 from mecanique.urdf.dialect import WORLD
 from mecanique.urdf.findings import Report
 from mecanique.urdf.markup import Element
 from mecanique.urdf.reading.fields import Passage
 from mecanique.urdf.reading.joints import JointText
 from mecanique.urdf.reading.packages import MeshSearch, OutsideError
+from mecanique.urdf.solids import Mass
 
 _SHAPES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",), "mesh": ()}
 """Attributes with the sizes of each shape."""
@@ -157,6 +162,11 @@ class UrdfLink:
     def massless(self) -> bool:
         """Whether it has neither mass nor inertia."""
         return not self.mass and not any(self.inertia)
+
+    def mass_at(self, pose: Array) -> Mass:
+        """Return its mass in the frame in which its own has a pose."""
+        mass = Mass(self.mass, np.zeros(3), tensor_of(self.inertia))
+        return mass.move(pose @ pose_of(self.frame))
 
     def body(self) -> Body:
         """Return the body it describes."""
