@@ -237,6 +237,24 @@ def test_drakes_mimic_is_a_law_of_one_joint() -> None:
     )
 
 
+def test_lint_says_what_is_wrong_with_it(tmp_path: Path) -> None:
+    file, moments = tmp_path / "robot.sdf", "<ixx>0.1</ixx><iyy>0.2</iyy><izz>0.9</izz>"
+    inertial = f"<inertial><mass>2</mass><inertia>{moments}</inertia></inertial>"
+    sound, broken = PLAIN, model(f'<link name="a">{inertial}</link>' + ROOT)
+    for text, code, said in (
+        (sound, 0, "all of it is read, and no body is impossible"),
+        (sound.replace("</model>", '<plugin name="p"/></model>'), 0, "without 1 plugins"),
+        (broken, 1, "Body 'a': its principal moments break the triangle inequality"),
+        (model("\n<cat/>"), 2, "robot.sdf:2: <cat> in <model> is not read"),
+    ):
+        file.write_text(text, encoding="utf-8")
+        result = CliRunner().invoke(app, ["lint", str(file)])
+        assert (result.exit_code, said in result.output) == (code, True), result.output
+    result = CliRunner().invoke(app, ["lint", str(file), "--json"])
+    assert result.exit_code == 2
+    assert "expected URDF with --fix, --json, --sarif or --meshes, got SDF" in result.output
+
+
 def test_commands_take_it_and_say_what_is_left_out(tmp_path: Path) -> None:
     file = tmp_path / "robot.sdf"
     extra = '<plugin name="p" filename="f"/><sensor name="s" type="imu"/>'

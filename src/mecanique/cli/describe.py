@@ -92,9 +92,11 @@ def lint(
 ) -> None:
     """Report what is wrong in a URDF file.
 
-    The exit code is 1 if there are errors, 2 if the file cannot be read.
+    Of MJCF and SDF it says what keeps the file from being read, what is left out, and which bodies
+    are impossible. The exit code is 1 if there are errors, 2 if the file cannot be read.
     """
     from mecanique.formats.locate import locate
+    from mecanique.formats.read import name_format
     from mecanique.urdf import lint as linting
 
     if output is not None and not fix:
@@ -105,6 +107,13 @@ def lint(
         raise mq.InputError("expected --fix with --balance, which repairs a copy")
     path = locate(file, reading.package_path or None)
     path = path or (mq.robot(file) if _is_word(file) else Path(file))
+    if (form := name_format(path)) != "URDF":
+        if fix or as_json or as_sarif or meshes:
+            message = "expected URDF with --fix, --json, --sarif or --meshes"
+            raise mq.InputError(f"{message}, got {form}: convert it first (mecanique convert)")
+        mechanism = mq.read(path, package_path=reading.package_path or None)
+        say(mechanism.about or f"{path}: all of it is read, and no body is impossible")
+        raise Exit(int(any(body.as_given for body in mechanism.bodies)))
     findings = linting.lint(
         path,
         package_path=reading.package_path or None,
