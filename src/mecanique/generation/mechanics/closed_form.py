@@ -105,12 +105,21 @@ class Lowering:
         return self._circular[trig]
 
 
+MOST_VELOCITIES = 8
+"""With more velocities, closed forms are too long to be faster than a recursion."""
+
+
 @final
 class ClosedFormProgram:
     """Mass matrix, bias, forces and energies from the series of a derivation."""
 
     def __init__(self, letters: Letters, equations: Equations) -> None:
         mechanism = letters.mechanism
+        if mechanism.nv > MOST_VELOCITIES:
+            raise DerivationError(
+                f"expected at most {MOST_VELOCITIES} velocities for a closed form, "
+                f"got {mechanism.nv}"
+            )
         self._derivation = derivation = equations.derivation
         if derivation.assumptions:
             subjects = ", ".join(assumption.subject for assumption in derivation.assumptions)
