@@ -11,9 +11,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from viewing_scenes import pendulum, swarm
 
+import mecanique as mq
 from mecanique.errors import InputError
 from mecanique.viewing.page.page import Packed, pack, resample, varints
 from mecanique.viewing.scene.scene import Arrow, Scene
+from mecanique.viewing.show import scene
 
 
 def integers(data: bytes) -> list[int]:
@@ -113,6 +115,18 @@ def test_times_are_even_and_not_too_many(times: NDArray[np.float64], expected: i
     assert len(found) == expected
     assert (found[0], found[-1]) == (times[0], times[-1])
     assert np.ptp(np.diff(found)) < 1e-9 if len(found) > 1 else True
+
+
+def test_a_page_asks_for_the_instants_that_it_plays() -> None:
+    """Not for the forces at every sample; and between few samples it follows the motion."""
+    mechanism = mq.textbook.load("simple_pendulum")
+    for samples in (1001, [0.0, 0.1, 1.0]):
+        motion = mq.simulate(mechanism, q={"q": 1.0}, duration=1.0, samples=samples)
+        shown = scene(motion)
+        assert len(shown.t) == 61
+        places = motion.poses(shown.t)[..., :3, 3]
+        np.testing.assert_allclose(shown.positions, places, rtol=0, atol=1e-12)
+        assert shown.arrows[0].vector.shape == (61, 3)
 
 
 def test_uneven_times_are_followed() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from mecanique.motion.motion import Motion
 from mecanique.verification import verify
 from mecanique.verification.verdict import Verdict
 from mecanique.viewing.engine import computed_scene
-from mecanique.viewing.page.page import page
+from mecanique.viewing.page.page import page, resample
 from mecanique.viewing.scene.from_motion import actions_of
 from mecanique.viewing.scene.scene import Scene
 from mecanique.viewing.scene.texts import derive_all, document_of
@@ -41,9 +42,19 @@ def scene(
     if verdict is None:
         with suppress(MecaniqueError):
             verdict = verify(motion.described)
+    motion = _take_frames(motion)
     actions = actions_of(motion)
     document = document_of(motion, equations, verdict, actions, modes)
     return computed_scene(motion, document, actions, equations)
+
+
+def _take_frames(motion: Motion) -> Motion:
+    """Return a motion at the times that a page plays, which are fewer than those of a long one."""
+    times = resample(motion.t)
+    if times is motion.t:
+        return motion
+    state = motion(times)
+    return replace(motion, t=times, q=state.q, v=state.v, path=motion.curve)
 
 
 def export(
@@ -54,6 +65,9 @@ def export(
     verdict: Verdict | None = None,
 ) -> Path:
     """Write a motion as one offline HTML page: 3-D motion, forces, equations, plots, verdict.
+
+    All methods derive the equations for it, and the reference gives the forces at each of up to
+    7,200 instants, which takes seconds, longer than most motions.
 
     Args:
         motion: what `simulate` returned.

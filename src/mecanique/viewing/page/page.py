@@ -412,9 +412,9 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
             [packed.body, mesh_bytes, *draw_bodies(scene.bodies)],
             _FLEETING if stream else _KEPT,
         ),
-        "viewer": _compressed_viewer(),
+        "viewer": _compress_once(viewer),
         "program": _compress(engine.script.encode(), _KEPT) if engine else "",
-        "script": _compressed_script(),
+        "script": _compress_once(script),
         "boot": boot,
     }
     return fill(read_asset("page.html"), parts)
@@ -494,6 +494,12 @@ def _compress(data: bytes, effort: int) -> str:
 
 
 @cache
+def _compress_once(text: str) -> str:
+    """A text that is part of every page, compressed."""
+    return _compress(text.encode(), _KEPT)
+
+
+@cache
 def script_modules() -> tuple[str, ...]:
     """Return the names of the page's scripts; each follows those it imports."""
     modules: dict[str, None] = {}
@@ -522,18 +528,8 @@ def join_scripts() -> str:
 
 
 @cache
-def _compressed_script() -> str:
-    return _compress(join_scripts().encode(), _KEPT)
-
-
-@cache
 def _viewer() -> str:
     return (viewer_directory() / "main.min.js").read_text(encoding="utf-8")
-
-
-@cache
-def _compressed_viewer() -> str:
-    return _compress(_viewer().encode(), _KEPT)
 
 
 @cache
