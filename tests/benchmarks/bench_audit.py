@@ -1,17 +1,24 @@
-"""Processor time of a motion's audit against that of its simulation.
+"""Processor time of a motion's audit, and of every other question, against its simulation.
 
-    python tests/benchmarks/bench_audit.py [SYSTEM …] [--robots panda,ur3]
+    python tests/benchmarks/bench_audit.py [SYSTEM …] [--robots panda,ur3] [--questions]
 
 Each motion is simulated and audited twice, each time with a mechanism made anew: the first time
 of a system, and again. Without names it takes the whole catalogue and some robots that fall from
 rest. The share that the law itself costs is not hidden: both times are printed. Goal: a ratio of
 at most 3.
+
+With --questions all questions are asked of some long motions instead, each of a motion of its own:
+medians of three ratios. Goal: at most 1, but for what the docstrings say takes longer.
 """
 
 from __future__ import annotations
 
 import argparse
+import tempfile
 import time
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
 
 import mecanique as mq
 
@@ -19,13 +26,56 @@ GOAL = 3.0
 
 ROBOTS = ("panda", "ur5_robot", "solo12", "go1", "hyq_no_sensors", "talos_full_v2", "tiago_pro")
 
+LONG = {
+    "kepler_orbit": (2000.0, 5000.0),
+    "kapitza_pendulum": (20.0, 120.0, 1000.0),
+    "double_pendulum": (300.0,),
+    "four_bar_linkage": (300.0,),
+    "rolling_coin": (200.0,),
+    "atwood_machine": (20.0,),
+}
+"""How long the motions last of which all is asked [s]."""
+
+TURNS = 3
+
+FOLDER = Path(tempfile.mkdtemp())
+
+Question = Callable[[mq.Motion], object]
+
+QUESTIONS: dict[str, Question] = {
+    "energy": lambda motion: motion.energy(),
+    "losses": lambda motion: motion.losses(),
+    "audit": lambda motion: motion.audit(),
+    "summary": lambda motion: motion.summary(),
+    "a": lambda motion: motion.a,
+    "poses": lambda motion: motion.poses(),
+    "velocity": lambda motion: motion.velocity(motion.mechanism.bodies[-1].name),
+    "point": lambda motion: motion.point(motion.mechanism.bodies[-1].name),
+    "reactions": lambda motion: motion.reactions(motion.mechanism.joints[-1].name),
+    "guide forces": lambda motion: motion.guide_forces(),
+    "states": lambda motion: motion(motion.t),
+    "to_frame": lambda motion: motion.to_frame(),
+    "to_csv": lambda motion: motion.to_csv(FOLDER / "motion.csv"),
+    "to_parquet": lambda motion: motion.to_parquet(FOLDER / "motion.parquet"),
+    "save": lambda motion: motion.save(FOLDER / "motion.npz"),
+    "plot": lambda motion: motion.plot(),
+    "plot energies": lambda motion: motion.plot("energies"),
+    "plot reactions": lambda motion: motion.plot("reactions"),
+    "picture": lambda motion: mq.picture(motion, float(motion.t[-1]), FOLDER / "motion.svg"),
+    "export": lambda motion: mq.export(motion, FOLDER / "motion.html"),
+}
+
 
 def main() -> None:
     """Print a line for each motion, and how many meet the goal."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("systems", nargs="*")
     parser.add_argument("--robots", default="")
+    parser.add_argument("--questions", action="store_true")
     arguments = parser.parse_args()
+    if arguments.questions:
+        _ask_all(arguments.systems or list(LONG))
+        return
     robots = [name for name in arguments.robots.split(",") if name]
     if not arguments.systems and not robots:
         robots = list(ROBOTS)
@@ -39,6 +89,33 @@ def main() -> None:
         met = sum(row[turn] <= GOAL for row in rows)
         worst = max(row[turn] for row in rows)
         print(f"{which}: {met} of {len(rows)} at most {GOAL:g}, worst {worst:.1f}")
+
+
+def _ask_all(systems: list[str]) -> None:
+    """Print what each question costs of each motion, in times that the motion took."""
+    pendulum = mq.simulate(mq.textbook.load("rigid_bar_pendulum"), q=[1.0], duration=0.1)
+    for ask in QUESTIONS.values():
+        ask(pendulum)
+    for name in systems:
+        for duration in LONG.get(name, (mq.textbook.entry(name).duration,)):
+            times = [_ask(ask, name, duration) for ask in QUESTIONS.values()]
+            simulated = median(motion for motion, _ in times)
+            print(f"{name}, {duration:g} s, simulated in {simulated * 1e3:.0f} ms")
+            for question, (_, ratio) in zip(QUESTIONS, times, strict=True):
+                print(f"    {question:16} {ratio:8.2f}{'  above 1' * (ratio > 1)}", flush=True)
+
+
+def _ask(ask: Question, name: str, duration: float) -> tuple[float, float]:
+    """The time of a motion [s], and that of a question in terms of it."""
+    system, times, ratios = mq.textbook.entry(name), list[float](), list[float]()
+    for _ in range(TURNS):
+        mechanism, start = mq.textbook.load(name), time.process_time()
+        motion = mq.simulate(mechanism, q=system.start, v=system.start_velocity, duration=duration)
+        between = time.process_time()
+        ask(motion)
+        times.append(between - start)
+        ratios.append((time.process_time() - between) / times[-1])
+    return median(times), median(ratios)
 
 
 def _line(name: str, *, robot: bool) -> tuple[float, float]:

@@ -14,6 +14,7 @@ import mecanique as mq
 from mecanique.motion.compile.cache import compile_once
 from mecanique.motion.compile.costs import estimate_series
 from mecanique.motion.compile.heyoka import is_installed
+from mecanique.motion.trajectory import settle
 
 needs_heyoka = pytest.mark.skipif(not is_installed(), reason="heyoka is not installed")
 METHODS = ["closed_form", pytest.param("taylor", marks=needs_heyoka)]
@@ -92,6 +93,11 @@ def test_a_compiled_motion_is_kept_like_any_other(tmp_path: Path) -> None:
         assert np.array_equal(again.q, motion.q)
         t = np.linspace(0.0, 2.0, 31)
         np.testing.assert_allclose(again(t).q, motion(t).q, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(again(t).v, motion(t).v, rtol=0, atol=1e-11)
+        assert again.curve.series is None
+    # between its steps the motion itself is that of the integrator's series, which stay here
+    assert motion.curve.series is not None
+    assert len(settle(motion).t) > len(motion.curve.t) == motion.statistics.steps + 1
     assert motion.audit().rows
 
 

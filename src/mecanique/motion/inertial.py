@@ -29,6 +29,7 @@ from mecanique.motion.analysis.extremes import find_maxima
 from mecanique.motion.analysis.forces import Actions
 from mecanique.motion.compile.along import StateLaw
 from mecanique.motion.motion import Motion, simulate
+from mecanique.motion.record.curve import find_falls
 from mecanique.motion.tolerances import INERTIAL_RTOL
 from mecanique.wording import Legible
 
@@ -385,24 +386,8 @@ def _period_rows(still: Motion, turning: Motion) -> list[InertialRow]:
 
 def _maxima(motion: Motion, name: str) -> list[float]:
     """When a coordinate is largest, to rounding."""
-    from scipy.optimize import brentq
-
     k, curve = motion.mechanism.velocities.index(f"{name}'"), motion.curve
     place = curve.q[:, motion.mechanism.coordinates.index(name)]
     if np.ptp(place) < 1e-9 * (1 + np.abs(place).max()):
         return []
-    times = np.unique(np.concatenate([curve.t, (curve.t[1:] + curve.t[:-1]) / 2]))
-    rate = curve(times).v[:, k]
-    falls = np.flatnonzero((rate[:-1] > 0) & (rate[1:] <= 0))
-    return [
-        float(
-            brentq(
-                lambda t: float(motion(t).v[k]),
-                float(times[i]),
-                float(times[i + 1]),
-                xtol=1e-13,
-                rtol=1e-14,
-            )
-        )
-        for i in falls
-    ]
+    return find_falls(curve, lambda t, q, v: v[:, k : k + 1])[0]

@@ -18,6 +18,7 @@ from mecanique.motion.record.curve import Curve, LaterCurve, State, Times
 from mecanique.motion.record.events import Event, ModeSpan, Occurrence, Switches, break_names
 from mecanique.motion.record.loops import ClosedLoops
 from mecanique.motion.record.rates import Rates
+from mecanique.motion.tolerances import SERIES_ROUNDING
 from mecanique.wording import say_count
 
 if TYPE_CHECKING:
@@ -152,16 +153,13 @@ class Trajectory:
         Args:
             t: times [s]: a number, for shape (nb, 4, 4), or shape (n,); the samples' by default.
         """
-        state = self._states(t)
-        if not np.ndim(state.t):
-            return self.reference.poses(state.q, state.t)
         from mecanique.motion.compile.derive import poses_of
 
         def ask(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
             return self.reference.poses(q, t).reshape(len(t), -1)
 
-        poses = StateSums(self.mechanism, poses_of, ask)(*state.arrays)
-        return poses.reshape(len(poses), -1, 4, 4)
+        poses = StateSums(self.mechanism, poses_of, ask)(*self._states(t))
+        return _at(poses.reshape(len(poses), -1, 4, 4), t)
 
     def pose(self, body: str, t: Times | None = None) -> np.ndarray:
         """Return the poses of one body in the world, shape (n, 4, 4).
@@ -192,14 +190,12 @@ class Trajectory:
         def ask(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
             return np.hstack(self.reference.velocity(name, q, v, t))
 
-        state = self._states(t)
-        if not np.ndim(state.t):
-            return self.reference.velocity(name, state.q, state.v, state.t)
         from mecanique.motion.compile.derive import twist_of
         from mecanique.reference.engine.answers import Twist
 
-        moved = StateSums(self.mechanism, partial(twist_of, body=name), ask)(*state.arrays)
-        return Twist(moved[:, :3], moved[:, 3:])
+        write = partial(twist_of, body=name)
+        moved = _at(StateSums(self.mechanism, write, ask)(*self._states(t)), t)
+        return Twist(moved[..., :3], moved[..., 3:])
 
     def floating_state(self, t: Times | None = None, joint: str | None = None) -> FloatingState:
         """Return where a free body is, how it is turned and moves, in any convention.
@@ -212,8 +208,8 @@ class Trajectory:
             InputError: if the mechanism has no such joint.
             UnknownNameError: if there is no joint of that name.
         """
-        state = self._states(t)
-        return floating_state(self.mechanism, state.q, state.v, joint)
+        q, v = (_at(part, t) for part in self._states(t)[1:])
+        return floating_state(self.mechanism, q, v, joint)
 
     def reactions(self, joint: str, t: Times | None = None) -> Wrench:
         """Return what a joint's parent does to its child: a `Wrench` of arrays of shape (n, 3).
@@ -233,7 +229,7 @@ class Trajectory:
             raise UnknownNameError("joint or loop", joint, known)
         if t is None:
             return self._reactions[joint]
-        state = self._states(t)
+        state = self(t)
         return self.reference.reactions(state.q, state.v, state.t)[joint]
 
     @cached_property
@@ -246,10 +242,8 @@ class Trajectory:
         Args:
             t: times, shape (n,) [s]; the samples' by default.
         """
-        state = self._states(t)
-        if not np.ndim(state.t):
-            return self.reference.guide_forces(state.q, state.v, state.t)
-        return StateLaw(self.mechanism, self.reference).guide_forces(*state.arrays)
+        forces = StateLaw(self.mechanism, self.reference).guide_forces(*self._states(t))
+        return {name: _at(force, t) for name, force in forces.items()}
 
     def point(
         self, body: str, xyz: Sequence[float] = (0.0, 0.0, 0.0), t: Times | None = None
@@ -267,22 +261,16 @@ class Trajectory:
         from mecanique.motion.compile.derive import point_of
         from mecanique.reference.engine.answers import PointMotion, local_point
 
-        name, place, state = self.mechanism.body(body).name, local_point(xyz), self._states(t)
-        if not np.ndim(state.t):
-            a = self.reference.acceleration(*state[1:], state.t)
-            return self.reference.point(name, place, state.q, state.v, a, state.t)
+        name, place, states = self.mechanism.body(body).name, local_point(xyz), self._states(t)
 
         def ask(t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
             return np.hstack(self.reference.point(name, place, q, v, a, t))
 
-        a = (
-            self.a
-            if t is None
-            else StateLaw(self.mechanism, self.reference).accelerations(*state.arrays)
-        )
+        law = StateLaw(self.mechanism, self.reference)
+        a = self.a if t is None else law.accelerations(*states)
         write = partial(point_of, body=name, xyz=place.tolist())
-        moved = StateSums(self.mechanism, write, ask)(*state.arrays, a)
-        return PointMotion(moved[:, :3], moved[:, 3:6], moved[:, 6:])
+        moved = _at(StateSums(self.mechanism, write, ask)(*states, a), t)
+        return PointMotion(moved[..., :3], moved[..., 3:6], moved[..., 6:])
 
     def times(self, event: str) -> np.ndarray:
         """Return when an event took place, shape (n,) [s].
@@ -310,10 +298,51 @@ class Trajectory:
     def __getstate__(self) -> dict[str, Any]:
         state = {f.name: getattr(self, f.name) for f in fields(self)}
         # Pinocchio's work space is made again where it is needed
-        return state | {"path": self.curve, "engine": None}
+        return state | {"path": settle(self), "engine": None}
 
-    def _states(self, t: Times | None) -> State:
-        return State(self.t, self.q, self.v) if t is None else self(t)
+    def _states(self, t: Times | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Times, positions and velocities of the samples, or at times: one row at a single one."""
+        if t is None:
+            return self.t, self.q, self.v
+        state = self(t)
+        return np.atleast_1d(state.t), np.atleast_2d(state.q), np.atleast_2d(state.v)
+
+
+def _at(values: np.ndarray, t: Times | None) -> np.ndarray:
+    """Return values by state; those of the only state at a single time."""
+    alone: np.ndarray = values if t is None or np.ndim(t) else values[0]
+    return alone
+
+
+PARTS = (2, 4, 8, 16)
+"""Into how many parts a step is cut for polynomials through states; the first accurate one counts.
+"""
+
+TRIED = 2000
+"""In the middle of so many of its intervals a curve is compared with the series."""
+
+CLOSE = 10
+"""A curve this many tolerances from the series is accurate."""
+
+
+def settle(motion: Trajectory) -> Curve:
+    """Return a motion's curve by polynomials alone, through enough states of its series."""
+    curve, rtol = motion.curve, motion.statistics.rtol
+    if curve.series is None:
+        return curve
+    law, settled = StateLaw(motion.mechanism, motion.reference), replace(curve, series=None)
+    for parts in PARTS if len(curve.t) > 1 else ():
+        lengths = np.diff(curve.t)[:, None] / parts
+        inner = curve.t[:-1, None] + lengths * np.arange(parts)
+        t, q, v = curve(np.append(inner.ravel(), curve.t[-1])).arrays
+        settled = replace(settled, t=t, q=q, v=v, a=law.accelerations(t, q, v))
+        middle = ((t[1:] + t[:-1]) / 2)[spread(len(t) - 1, TRIED)]
+        ours, exact = (np.hstack(known(middle)[1:]) for known in (settled, curve))
+        # not to the share of the tolerance that steps whose errors add up are taken to
+        allowed = rtol + max(rtol, SERIES_ROUNDING) * np.abs(exact)
+        if (np.abs(ours - exact) / allowed).max(initial=0.0) <= CLOSE:
+            break
+    return settled
 
 
 def start_of(motion: Trajectory) -> State:
@@ -390,3 +419,23 @@ def at_steps(motion: Trajectory) -> Trajectory:
     times, at = np.unique(curve.t[::-1], return_index=True)
     at = len(curve.t) - 1 - at
     return replace(motion, t=times, q=curve.q[at], v=curve.v[at], path=curve)
+
+
+MOST_STEPS = 1000
+"""With more steps than this, what is integrated along a motion is balanced in stretches."""
+
+STRETCHES, LENGTH = 5, 40
+"""Numbers of these and of the steps in each."""
+
+
+def stretches_of(motion: Trajectory) -> list[Trajectory]:
+    """Return a motion, or stretches of a long one that are spread over it, sampled at its steps."""
+    curve, count = motion.curve, len(motion.curve.intervals)
+    if count <= MOST_STEPS:
+        return [motion]
+    stretches = []
+    for first in curve.intervals[spread(count - LENGTH + 1, STRETCHES)].tolist():
+        events = tuple(event for event in motion.events if event.t > curve.t[first])
+        part = replace(motion, path=curve.part(first, first + LENGTH + 1), events=events)
+        stretches.append(at_steps(part))
+    return stretches

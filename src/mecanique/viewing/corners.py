@@ -158,7 +158,7 @@ class PageCorners:
         terms = self._equations.terms
         drive = accelerate(terms, self.elements)
         a, forces = self._equations.solve(mode, drive)
-        margins = list_present_margins(terms, self.elements, mode, forces, self._length)
+        margins = list_present_margins(terms, self.elements, mode, forces, self._equations.length)
         rubbing = [element.tangents for element in self.elements if element.tangents]
         heat = [-1.0 * forces[rows[0]] * terms.rates[rows[0]] for rows in rubbing]  # in a plane
         signals = [self._press(force, forces) for force in self._forces]
@@ -168,14 +168,14 @@ class PageCorners:
             *heat,
             *np.ravel(np.array(margins, dtype=object)),
             *self._presuppose(mode, drive, a, forces),
-            sum(map(self._length, terms.load), 0.0),
+            sum(map(self._equations.length, terms.load), 0.0),
         ]
 
     def _write_strike(self, mode: Mode) -> list[Any]:
         """Changes of velocities, the energy that each element takes, and what is presupposed."""
         terms, elements = self._equations.terms, self.elements
         targets = {
-            element.normal: 0.5 * element.restitution * (self._length(rate) - rate)
+            element.normal: 0.5 * element.restitution * (self._equations.length(rate) - rate)
             for element in elements
             if element.normal is not None and element.struck
             for rate in (terms.rates[element.normal],)
@@ -194,7 +194,7 @@ class PageCorners:
 
         The margins are what the rows gain by and the forces have left, `law.Laws.follow`.
         """
-        terms, length = self._equations.terms, self._length
+        terms, length = self._equations.terms, self._equations.length
         gained = terms.jacobian @ a - drive.wanted
         limits = drive.sticking, drive.holds
         left = list_margins(self.elements, mode, (gained, gained), forces, limits, length)
@@ -230,11 +230,6 @@ class PageCorners:
         moment = cross(add(place, scale(-1.0, about)), pull)
         sign = 1.0 if body == source.body else -1.0
         return sign * (*pull, *moment)[force.part]
-
-    def _length(self, *parts: Any) -> Any:
-        if len(parts) == 1:
-            return self.letters.call("Abs", parts[0])
-        return self.letters.call("sqrt", sum(part * part for part in parts))
 
     def _is_determined(self, mode: Mode, *, struck: bool) -> bool:
         """Return whether rigid bodies determine the forces of a mode, by sampled states."""

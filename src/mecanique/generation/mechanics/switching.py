@@ -67,6 +67,12 @@ class SwitchingEquations:
             [k for k, name in enumerate(names) if idle(name)],
         )
 
+    def length(self, *parts: Any) -> Any:
+        """Return the root of the sum of squares."""
+        if len(parts) == 1:
+            return self.letters.call("Abs", parts[0])
+        return self.letters.call("sqrt", sum(part * part for part in parts))
+
     def by_mass(self, column: Sequence[Any]) -> list[Any]:
         """Return M⁻¹ of a column."""
         return self._factors.solve(list(column))

@@ -11,7 +11,7 @@ import numpy as np
 from mecanique.arrays import spread
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.constraint_base import PressingContact
-from mecanique.motion.analysis.energies import energies
+from mecanique.motion.analysis.energies import balance_energy
 from mecanique.motion.analysis.extremes import find_maxima
 from mecanique.motion.compile.along import StateLaw, StateSums
 from mecanique.motion.record.curve import State
@@ -175,8 +175,11 @@ def audit(motion: Trajectory, *, refine: bool = False, accuracy: float = 1e-6) -
 
     limit = GROWTH * (motion.statistics.rtol + BALANCED)
     seen = look_along(motion)
-    energy = energies(seen, seen.t)
-    rows = [_row("energy", energy.balance[:, None], energy.scale, limit, "J", seen.t)]
+    parts = balance_energy(seen, whole=refine)
+    off = np.concatenate([energy.balance for energy in parts])
+    times = np.concatenate([energy.t for energy in parts])
+    size = max(energy.scale for energy in parts)
+    rows = [_row("energy", off[:, None], size, limit, "J", times)]
     # what holds a velocity constraint is not known
     known = not motion.mechanism.velocity_constraints
     for balance in momentum_balances(seen, whole=refine) if known else ():

@@ -10,12 +10,13 @@ import numpy as np
 
 from mecanique.arrays import Array, median
 from mecanique.model.expression import symbols_in
+from mecanique.model.force_base import AnyForce
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.compile.along import StateSums, compute
 from mecanique.motion.compile.python import vectorize
 from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.record.quadrature import integral
-from mecanique.motion.trajectory import states_at
+from mecanique.motion.trajectory import states_at, stretches_of
 from mecanique.wording import Legible
 
 if TYPE_CHECKING:
@@ -140,20 +141,37 @@ def is_rheonomic(mechanism: Mechanism) -> bool:
     return any(symbols_in(scalar) & moving for scalar in timed)
 
 
+def balance_energy(motion: Trajectory, *, whole: bool = False) -> tuple[Energies, ...]:
+    """Return the energies of a motion at its samples, or of stretches of a long one.
+
+    Work that has no potential is an integral along the motion, over six states of each step.
+    """
+    driven = (
+        motion.corners is not None or _list_free_forces(motion) or is_rheonomic(motion.mechanism)
+    )
+    parts = stretches_of(motion) if driven and not whole else [motion]
+    return tuple(energies(part, part.t) for part in parts)
+
+
+def _list_free_forces(motion: Trajectory) -> tuple[AnyForce, ...]:
+    """Return the forces of a motion without potential, but for those of elements that switch."""
+    described = {force.name for force in motion.described.forces}
+    free = [force for force in motion.mechanism.forces if not force.conservative]
+    free = [force for force in free if force.name in described]
+    if not free:
+        return ()
+    from mecanique.derivation.symbolic.forces import stored_in_loads
+
+    stored = stored_in_loads(motion.mechanism)
+    return tuple(force for force in free if force.name not in stored)
+
+
 def _work(motion: Trajectory, state: State) -> np.ndarray:
     mechanism, reference = motion.mechanism, motion.reference
-    times = state.arrays[0]
-    free = tuple(force for force in mechanism.forces if not force.conservative)
+    times, free = state.arrays[0], _list_free_forces(motion)
     work: np.ndarray = np.zeros(len(times))
     if motion.corners is not None:
-        described = {force.name for force in motion.described.forces}
-        free = tuple(force for force in free if force.name in described)
         work = work + integral(motion.curve, motion.corners.powers, times)[:, -1]
-    if free:
-        from mecanique.derivation.symbolic.forces import stored_in_loads
-
-        stored = stored_in_loads(mechanism)
-        free = tuple(force for force in free if force.name not in stored)
     if free:
         from mecanique.reference import Reference
 

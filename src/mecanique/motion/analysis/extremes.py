@@ -11,7 +11,6 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.model.joint_base import Single
-from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.curve import Curve, interpolate
 from mecanique.motion.tolerances import BEYOND_LIMIT, INSTANT
 from mecanique.motion.trajectory import steps_of
@@ -87,7 +86,8 @@ def _look_between(curve: Curve) -> tuple[Array, Array, Array, npt.NDArray[np.boo
     t[before] = np.nextafter(t[before], -np.inf)
     if len(t) > MANY:
         return t, curve.q, curve.v, np.ones(len(t), dtype=bool)
-    if not curve.smooth:
+    if curve.series is not None or not curve.smooth:
+        # cubics do not follow the long steps of series
         middles = curve((curve.t[1:] + curve.t[:-1]) / 2).arrays
     else:
         at, nq = curve.intervals, curve.q.shape[1]
@@ -147,24 +147,25 @@ def find_exceeded(motion: Trajectory) -> tuple[Exceeded, ...]:
     ]
     if not joints:
         return ()
-    curve = steps_of(motion)
-    passed = [_exceed(curve, motion.mechanism, joint) for joint in joints]
+    curve, names = steps_of(motion), motion.mechanism.coordinates
+    at = [names.index(joint.coordinate) for joint in joints]
+    most = find_maxima(curve, lambda t, q, v: np.hstack([q[:, at], -q[:, at]]))
+    extremes = most.values.reshape(2, -1).T * (1.0, -1.0)
+    each = zip(joints, at, extremes, most.times.reshape(2, -1).T, strict=True)
+    passed = [_exceed(curve, *joint) for joint in each]
     return tuple(sorted(filter(None, passed), key=lambda exceeded: exceeded.since))
 
 
-def _exceed(curve: Curve, mechanism: Mechanism, joint: Single) -> Exceeded | None:
-    """Return how far a joint goes beyond its limits; None if it stays within."""
+def _exceed(curve: Curve, joint: Single, at: int, extremes: Array, times: Array) -> Exceeded | None:
+    """Return how far a joint goes beyond its limits, by its extremes; None if it stays within."""
     assert joint.limits is not None, "it has limits"
     lower, upper = float(joint.limits.lower), float(joint.limits.upper)
-    at = mechanism.coordinates.index(joint.coordinate)
 
     def beyond(x: Array) -> Array:
         return np.maximum(lower - x, x - upper) - BEYOND_LIMIT
 
-    most = find_maxima(curve, lambda t, q, v: np.column_stack([q[:, at], -q[:, at]]))
-    extremes = most.values * (1.0, -1.0)
     worst = int(beyond(extremes).argmax())
-    time = float(most.times[worst])
+    time = float(times[worst])
     if not beyond(extremes)[worst] > 0:
         return None
     outside = curve.t[(curve.t < time) & (beyond(curve.q[:, at]) > 0)]

@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from mecanique.arrays import spread
 from mecanique.motion.compile.along import StateLaw
 from mecanique.motion.record.quadrature import integral
 from mecanique.motion.tolerances import NO_MOMENTUM, UNCHANGED
-from mecanique.motion.trajectory import at_steps
+from mecanique.motion.trajectory import stretches_of
 from mecanique.wording import Legible
 
 if TYPE_CHECKING:
     from mecanique.motion.trajectory import Trajectory
-
-
-MOST_STEPS = 1000
-"""With more steps than this a motion is balanced in stretches."""
-
-STRETCHES, LENGTH = 5, 100
-"""Numbers of these and of the steps in each."""
 
 
 @final
@@ -54,18 +46,12 @@ def momentum_balances(motion: Trajectory, *, whole: bool = False) -> list[Moment
     left out. The integral takes six states of each step, so that of a long motion stretches are
     balanced, each from its own start, unless the whole is wanted.
     """
-    mechanism, curve = motion.mechanism, motion.curve
+    mechanism = motion.mechanism
     if not any(
         mechanism.evaluate(body.mass) for body in mechanism.bodies if body.name != mechanism.ground
     ):
         return []
-    stretches, count = [motion], len(curve.intervals)
-    if count > MOST_STEPS and not whole:
-        firsts = curve.intervals[spread(count - LENGTH, STRETCHES)]
-        stretches = [
-            at_steps(replace(motion, path=curve.part(first, first + LENGTH + 1)))
-            for first in firsts.tolist()
-        ]
+    stretches = [motion] if whole else stretches_of(motion)
     parts = zip(*map(_balance, stretches), strict=True)
     residual, scales = map(np.concatenate, parts)
     t = np.concatenate([stretch.t for stretch in stretches])

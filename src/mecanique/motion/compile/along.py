@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TypeAlias, final
 
 import numpy as np
 
-from mecanique.arrays import Array
+from mecanique.arrays import Array, spread
 from mecanique.generation.dop853 import NEAREST, PROBE
 from mecanique.model.constraints.elements import force_names
 from mecanique.model.mechanism import Mechanism
@@ -23,8 +23,7 @@ from mecanique.model.states import States
 from mecanique.motion.compile.cache import compile_once
 from mecanique.motion.compile.program import RatesProgram
 from mecanique.motion.compile.python import Batched, vectorize
-from mecanique.motion.record.spot_check import ASKED, agrees, spot_check, spread
-from mecanique.motion.tolerances import ACCELERATIONS, IDLE
+from mecanique.motion.tolerances import ACCELERATIONS, IDLE, SUMS
 
 if TYPE_CHECKING:
     from mecanique.program.tape import Value
@@ -34,6 +33,9 @@ if TYPE_CHECKING:
 
 MANY_SUMS, MANY = 2000, 400
 """In so many states a program of sums, or of accelerations and reactions, pays for its writing."""
+
+ASKED = 24
+"""At so many states the reference is asked as well."""
 
 Ask: TypeAlias = Callable[[np.ndarray], np.ndarray]
 """Gives the reference's answers in the states with some indices, shape (n, k)."""
@@ -46,12 +48,11 @@ def compute(
     function: Batched, t: np.ndarray, parts: Sequence[np.ndarray], width: int
 ) -> np.ndarray:
     """Return what a function of arrays writes, shape (n, width), by the parts of n states."""
-    answers = np.empty((len(t), width))
+    out = np.empty((width, len(t)))
     for first in range(0, len(t), BLOCK):
         some = slice(first, first + BLOCK)
-        out = np.empty((width, len(t[some])))
-        function(t[some], np.concatenate([part[some].T for part in parts]), out)
-        answers[some] = out.T
+        function(t[some], np.concatenate([part[some].T for part in parts]), out[:, some])
+    answers: np.ndarray = out.T
     return answers
 
 
@@ -76,11 +77,12 @@ class StateSums:
             return self.ask(t, *parts)
 
         function, width = self._function
-        return spot_check(
-            lambda: compute(function, t, parts, width),
-            lambda at: self.ask(t[at], *(part[at] for part in parts)),
-            len(t),
-        )
+        with np.errstate(all="ignore"):
+            values = compute(function, t, parts, width)
+        asked = spread(len(t), ASKED)
+        right = self.ask(t[asked], *(part[asked] for part in parts))
+        most = SUMS * float(np.abs(right).max(initial=0.0))
+        return values if _agrees(values[asked], right, most) else self.ask(t, *parts)
 
     @cached_property
     def _function(self) -> tuple[Batched, int]:
@@ -96,16 +98,16 @@ class StateLaw:
     mechanism: Mechanism
     reference: Reference
 
-    def accelerations(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    def accelerations(self, t: Array, q: Array, v: Array) -> Array:
         """Return the accelerations, shape (n, nv), by t, shape (n,) [s], q and v."""
 
-        def ask(at: np.ndarray) -> np.ndarray:
+        def ask(at: np.ndarray) -> Array:
             states = States.of(self.mechanism, q[at], v[at], t[at])
             return self.reference.quick_accelerations(states)
 
-        return self._answer(self._program(len(t)), self.mechanism.nq, ask, t, q, v)
+        return self._answer("", ask, t, q, v)
 
-    def multipliers(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> dict[str, Array]:
+    def multipliers(self, t: Array, q: Array, v: Array) -> dict[str, Array]:
         """Return the multipliers of the constraints by name, shape (n,); NaN if undetermined.
 
         States may be off the loops by the tolerance. Where guides alone hold a body against a row,
@@ -114,7 +116,7 @@ class StateLaw:
         closed = self.reference.closed
         assert closed is not None, "the mechanism is constrained"
 
-        def ask(at: np.ndarray) -> np.ndarray:
+        def ask(at: np.ndarray) -> Array:
             forces = np.empty((len(at), len(closed.closures.names)))
             for known, k in zip(forces, at.tolist(), strict=True):
                 state = q[k], v[k], float(t[k])
@@ -127,106 +129,84 @@ class StateLaw:
                     known[~(solved.determined | idle)] = np.nan
             return forces
 
-        program = self._program(len(t), "multipliers")
-        forces = self._answer(program, self.mechanism.nq + self.mechanism.nv, ask, t, q, v)
+        forces = self._answer("multipliers", ask, t, q, v)
         return dict(zip(closed.closures.names, forces.T, strict=True))
 
-    def guide_forces(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> dict[str, Array]:
+    def guide_forces(self, t: Array, q: Array, v: Array) -> dict[str, Array]:
         """Return the forces of the guiding elements by name, shape (n,); NaN if undetermined."""
         if not self.mechanism.elements:
             return {}
 
-        def ask(at: np.ndarray) -> np.ndarray:
+        def ask(at: np.ndarray) -> Array:
             return np.column_stack([*self.reference.guide_forces(q[at], v[at], t[at]).values()])
 
-        program = self._program(len(t), "guides")
-        forces = self._answer(program, self.mechanism.nq + self.mechanism.nv, ask, t, q, v)
+        forces = self._answer("guides", ask, t, q, v)
         return dict(zip(force_names(self.mechanism.elements), forces.T, strict=True))
 
-    def reactions(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> dict[str, Wrench]:
+    def reactions(self, t: Array, q: Array, v: Array) -> dict[str, Wrench]:
         """Return the reactions of joints, loops and contacts, by name, as `Reference` does."""
-        program = self._program(len(t), "reactions")
-        if program is None:
+        if self._program(len(t), "reactions") is None:
             return self.reference.reactions(q, v, t)
         from mecanique.reference.engine.answers import BodyPoses
 
-        few = spread(len(t))
+        few = spread(len(t), ASKED)
         some = self.reference.reactions(q[few], v[few], t[few])
 
-        def ask(at: np.ndarray) -> np.ndarray:
+        def ask(at: np.ndarray) -> Array:
             same = np.array_equal(at, few)
             known = some if same else self.reference.reactions(q[at], v[at], t[at])
             parts = [part for wrench in known.values() for part in (wrench.force, wrench.moment)]
             return np.hstack(parts)
 
-        first = self.mechanism.nq + self.mechanism.nv
-        forces = self._answer(program, first, ask, t, q, v).reshape(len(t), -1, 2, 3)
+        forces = self._answer("reactions", ask, t, q, v).reshape(len(t), -1, 2, 3)
         places = BodyPoses(partial(self._poses, q, t))
         return {
             name: replace(wrench, force=forces[:, k, 0], moment=forces[:, k, 1], places=places)
             for k, (name, wrench) in enumerate(some.items())
         }
 
-    def _poses(self, q: np.ndarray, t: np.ndarray) -> dict[str, np.ndarray]:
+    def _poses(self, q: Array, t: Array) -> dict[str, Array]:
         names = [body.name for body in self.mechanism.bodies]
         return dict(zip(names, np.moveaxis(self.reference.poses(q, t), 1, 0), strict=True))
 
-    def _program(self, count: int, forces: str = "") -> RatesProgram | None:
+    def _program(self, count: int, forces: str) -> RatesProgram | None:
         """Return the program of so many states, if it pays and there is one."""
         code = compile_once(self.mechanism)
         pays = count >= (2 * ASKED if code.knows(forces) else MANY)
         return code.along(forces) if pays and not _is_blind(self.mechanism) else None
 
-    def _compute(
-        self,
-        program: RatesProgram,
-        rates: tuple[Value, ...],
-        t: np.ndarray,
-        q: np.ndarray,
-        v: np.ndarray,
-    ) -> np.ndarray:
-        """Return values on a program's tape, shape (n, rates)."""
-        known, key = compile_once(self.mechanism).functions, (id(program.tape), rates)
-        if key not in known:
-            known[key] = vectorize(replace(program, rates=rates))
-        return compute(known[key], t, (q, v), len(rates))
-
-    def _answer(
-        self,
-        program: RatesProgram | None,
-        first: int,
-        ask: Ask,
-        t: np.ndarray,
-        q: np.ndarray,
-        v: np.ndarray,
-    ) -> np.ndarray:
-        """Return the answers of a program from the first on, the reference's where it is unsure."""
+    def _answer(self, forces: str, ask: Ask, *state: Array) -> Array:
+        """Return the rates of v, or forces, by a program; by the reference where it is unsure."""
+        everywhere, first = np.arange(len(state[0])), self.mechanism.nq
+        program = self._program(len(everywhere), forces)
         if program is None:
-            return ask(np.arange(len(t)))
+            return ask(everywhere)
         with np.errstate(all="ignore"):
-            answers = self._compute(program, program.rates, t, q, v)
-            sure = np.isfinite(answers).all(axis=1) & self._is_regular(program, answers, t, q, v)
-        asked = spread(len(t))
-        result: np.ndarray = answers[:, first:]
+            answers = self._compute(program, program.rates, *state)
+            sure = np.isfinite(answers).all(axis=1) & self._is_regular(program, answers, *state)
+        asked = spread(len(everywhere), ASKED)
+        result: Array = answers[:, first + self.mechanism.nv if forces else first :]
         if sure[asked].any():
             right = ask(asked)
             unknown = np.isnan(right).all(axis=0)
             result[:, unknown], right[:, unknown] = np.nan, 0.0
             most = ACCELERATIONS * (1.0 + np.abs(right).max(initial=0.0))
             kept = sure[asked]
-            if not agrees(np.where(unknown, 0.0, result[asked][kept]), right[kept], most):
+            if not _agrees(np.where(unknown, 0.0, result[asked][kept]), right[kept], most):
                 sure[:] = False
         if not sure.all():
             result[~sure] = ask(np.flatnonzero(~sure))
         return result
 
+    def _compute(self, program: RatesProgram, values: tuple[Value, ...], *state: Array) -> Array:
+        """Return values on a program's tape, shape (n, values)."""
+        known, key = compile_once(self.mechanism).functions, (id(program.tape), values)
+        if key not in known:
+            known[key] = vectorize(replace(program, rates=values))
+        return compute(known[key], state[0], state[1:], len(values))
+
     def _is_regular(
-        self,
-        program: RatesProgram,
-        rates: np.ndarray,
-        t: np.ndarray,
-        q: np.ndarray,
-        v: np.ndarray,
+        self, program: RatesProgram, rates: Array, t: Array, q: Array, v: Array
     ) -> np.ndarray:
         """Whether no singular position of the loops is near, to first order along the motion."""
         if program.landing is None:
@@ -236,7 +216,11 @@ class StateLaw:
         speed = np.abs(v / velocity_scales(self.mechanism)).max(axis=1)
         step = np.where(speed > 0, PROBE / speed, 0.0)[:, None]
         there = q + step * rates[:, : self.mechanism.nq]
-        ahead = self._compute(program, measure, t, there, v)[:, 0]
-        change = np.abs(ahead - firmness)
+        change = np.abs(self._compute(program, measure, t, there, v)[:, 0] - firmness)
         regular: np.ndarray = (firmness > 0) & (firmness * PROBE > NEAREST * change)
         return regular
+
+
+def _agrees(quick: Array, right: Array, most: float) -> bool:
+    """Return whether all numbers are within `most` of the right ones; one that is NaN is not."""
+    return bool(np.abs(quick - right).max(initial=0.0) <= most)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import copy
 import os
 import pickle
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
-from typing import Any, final
+from typing import Any, TypeVar, final
 
 import numpy as np
 
@@ -132,14 +132,21 @@ def _batch(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
 
     # numpy lets other threads run while it computes, but small arrays do not pay for them
     threads = max(1, min(part.threads, len(part) // FEWEST))
-    bounds = [len(part) * k // threads for k in range(threads + 1)]
-    if threads == 1:
-        pieces = [work(0, len(part))]
-    else:
-        with ThreadPoolExecutor(threads) as pool:
-            pieces = list(pool.map(lambda pair: work(*pair), pairwise(bounds)))
+    pieces = _share_out(work, [len(part) * k // threads for k in range(threads + 1)])
     states = np.concatenate([piece for piece, _ in pieces], axis=2)
     return np.moveaxis(states, -1, 0).swapaxes(1, 2), np.concatenate([steps for _, steps in pieces])
+
+
+_Piece = TypeVar("_Piece")
+
+
+def _share_out(work: Callable[[int, int], _Piece], bounds: Sequence[int]) -> list[_Piece]:
+    """Let a thread work from each bound to the next; a single one here."""
+    pairs = list(pairwise(bounds))
+    if len(pairs) == 1:
+        return [work(*pairs[0])]
+    with ThreadPoolExecutor(len(pairs)) as pool:
+        return list(pool.map(lambda pair: work(*pair), pairs))
 
 
 _integrators: dict[Any, Any] = {}
@@ -186,12 +193,7 @@ def _taylor(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
 
     threads = max(1, min(part.threads, -(-len(part) // width)))
     bounds = [len(part) * k // threads // width * width for k in range(threads)] + [len(part)]
-    if threads == 1:
-        work(0, len(part))
-    else:
-        with ThreadPoolExecutor(threads) as pool:
-            for future in [pool.submit(work, *pair) for pair in pairwise(bounds)]:
-                future.result()
+    _share_out(work, bounds)
     return states, steps
 
 

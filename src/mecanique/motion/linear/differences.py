@@ -12,6 +12,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import list_left_out
 from mecanique.motion.linear.free_motions import TreeMotion, effort, free_near
 from mecanique.motion.linear.linearization import Linearization
+from mecanique.motion.record.loops import begin_on_loops
 from mecanique.motion.simulation.problem import Values
 from mecanique.motion.tolerances import DIFFERENCES, UNRESISTED
 from mecanique.verification.stencil import differences_twice
@@ -36,12 +37,8 @@ def linearize_about(
 ) -> Linearization:
     """Linearize the equations of motion about a state, with loops closed next to it."""
     mechanism = reference.mechanism
-    position, velocity = mechanism.position(at), mechanism.velocity(v)
-    if mechanism.constrained:
-        from mecanique.motion.record.loops import begin_on_loops
-
-        reference, state, _ = begin_on_loops(reference, at, v, t)
-        position, velocity = state[: mechanism.nq], state[mechanism.nq :]
+    reference, state, _ = begin_on_loops(reference, at, v, t)
+    position, velocity = state[: mechanism.nq], state[mechanism.nq :]
     acceleration = reference.acceleration(position, velocity, t)
     free = free_near(reference, position, t)
     tangent, w, rate = free.tangent, velocity[free.chosen], acceleration[free.chosen]

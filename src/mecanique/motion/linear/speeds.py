@@ -15,6 +15,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
 from mecanique.motion.linear.steady import (
     SteadyLinearization,
+    by_real_part,
     drop_noise,
     linearize_steady,
     write_exponent,
@@ -243,9 +244,7 @@ class SpeedMatrices(Legible):
         M, C, K = self.at(speed)
         k = len(M)
         A = np.block([[np.zeros((k, k)), np.eye(k)], [-np.linalg.solve(M, np.hstack([K, C]))]])
-        values = np.linalg.eigvals(A)
-        ordered: np.ndarray = values[np.lexsort((values.imag, values.real))]
-        return ordered
+        return by_real_part(np.linalg.eigvals(A))
 
     def __str__(self) -> str:
         head = (

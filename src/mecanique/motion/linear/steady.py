@@ -292,17 +292,14 @@ class SteadyLinearization:
     @cached_property
     def eigenvalues(self) -> np.ndarray:
         """All exponents λ of small deviations e^(λ t), by real part [1/s]."""
-        values = np.concatenate([self.exponents, np.zeros(len(self.A) - len(self.exponents))])
-        result: np.ndarray = values[np.lexsort((values.imag, values.real))]
-        return result
+        still = np.zeros(len(self.A) - len(self.exponents))
+        return by_real_part(np.concatenate([self.exponents, still]))
 
     @cached_property
     def exponents(self) -> np.ndarray:
         """The exponents without a zero for each deviation that nothing depends on [1/s]."""
         kept = [k for k in range(len(self.A)) if k not in self.idle]
-        values = np.linalg.eigvals(self.A[np.ix_(kept, kept)])
-        result: np.ndarray = values[np.lexsort((values.imag, values.real))]
-        return result
+        return by_real_part(np.linalg.eigvals(self.A[np.ix_(kept, kept)]))
 
     @property
     def stable(self) -> bool:
@@ -392,10 +389,7 @@ def _begin(mechanism: Mechanism, at: Given, v: Given) -> tuple[Reference, np.nda
     """The state, on the constraints."""
     from mecanique.reference import Reference
 
-    reference = Reference.of(mechanism)
-    if not mechanism.constrained:
-        return reference, mechanism.position(at), mechanism.velocity(v)
-    reference, state, _ = begin_on_loops(reference, at, v, 0.0)
+    reference, state, _ = begin_on_loops(Reference.of(mechanism), at, v, 0.0)
     return reference, state[: mechanism.nq], state[mechanism.nq :]
 
 
@@ -452,6 +446,12 @@ def _refuse_changing(
             f"the motion of {mechanism.name!r} is not steady: {', '.join(changing)}; give a state "
             "in which only cyclic coordinates change"
         )
+
+
+def by_real_part(exponents: np.ndarray) -> np.ndarray:
+    """Return exponents in the order of their real parts."""
+    ordered: np.ndarray = exponents[np.lexsort((exponents.imag, exponents.real))]
+    return ordered
 
 
 def drop_noise(exponents: np.ndarray) -> np.ndarray:

@@ -51,10 +51,7 @@ def _coordinates(motion: Trajectory, figure: Any, joint: str | None) -> None:
         for name in names:
             axes.plot(motion.t, motion[name], label=add_unit(name, unit[name]), linewidth=1)
         axes.set_ylabel(_together(names, unit))
-        axes.legend(loc="upper right", fontsize="small")
-        axes.grid(alpha=0.3)
-    figure.axes[-1].set_xlabel("t [s]")
-    figure.suptitle(m.name)
+    _finish_over_time(figure, m.name)
 
 
 def _phase(motion: Trajectory, figure: Any, joint: str | None) -> None:
@@ -91,11 +88,8 @@ def _energies(motion: Trajectory, figure: Any, joint: str | None) -> None:
     ):
         if name in ("kinetic", "total") or np.abs(values).max() > 0:
             axes.plot(motion.t, values, label=name, linewidth=2 if name == "total" else 1)
-    axes.set_xlabel("t [s]")
     axes.set_ylabel("energy [J]")
-    axes.legend(loc="upper right", fontsize="small")
-    axes.grid(alpha=0.3)
-    figure.suptitle(motion.mechanism.name)
+    _finish_over_time(figure, motion.mechanism.name)
 
 
 def _reactions(motion: Trajectory, figure: Any, joint: str | None) -> None:
@@ -117,12 +111,17 @@ def _reactions(motion: Trajectory, figure: Any, joint: str | None) -> None:
         if np.abs(values).max() < FLAT_CURVE * (1 + np.abs(wrench.force).max()):
             axes.set_ylim(-1, 1)  # nothing but rounding: not worth a closer look
         axes.set_ylabel(f"{what} [{unit}]")
-        axes.legend(loc="upper right", fontsize="small")
-        axes.grid(alpha=0.3)
-    figure.axes[-1].set_xlabel("t [s]")
     title = f"{m.name}: {m.joint(joint).parent} on {m.joint(joint).child} at {joint!r}, world axes"
     if wrench.reason:
         title += f"\nundetermined: {', '.join(wrench.undetermined)}"
+    _finish_over_time(figure, title)
+
+
+def _finish_over_time(figure: Any, title: str) -> None:
+    for axes in figure.axes:
+        axes.legend(loc="upper right", fontsize="small")
+        axes.grid(alpha=0.3)
+    figure.axes[-1].set_xlabel("t [s]")
     figure.suptitle(title)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism_units import add_unit, units
-from mecanique.motion.analysis.energies import energies, losses
+from mecanique.motion.analysis.energies import balance_energy, losses
 from mecanique.motion.analysis.extremes import find_bounds, find_exceeded
 from mecanique.motion.analysis.trust import estimate_errors
 from mecanique.motion.trajectory import look_along
@@ -28,7 +28,13 @@ def summary(motion: Trajectory) -> str:
     """Return a summary: mechanism, duration, method and energy balance."""
     mechanism, statistics = motion.mechanism, motion.statistics
     seen = look_along(motion)
-    energy = energies(seen, seen.t)
+    parts = balance_energy(seen)
+    size = max(energy.scale for energy in parts)
+    off = max(float(abs(energy.balance).max()) for energy in parts) / size
+    first, last = parts[0].total[0], parts[-1].total[-1]
+    change, where = f"{parts[-1].work[-1]:.6g} J of work since", ""
+    if len(parts) > 1:
+        change, where = f"{last:.6g} J at the end", f" in {len(parts)} stretches"
     lines = [
         f"motion of {mechanism.name}: t = {motion.t[0]:g}…{motion.t[-1]:g} s, "
         f"{say_count(len(motion.t), 'sample')}",
@@ -36,8 +42,7 @@ def summary(motion: Trajectory) -> str:
         f"        rtol {statistics.rtol:g}, atol {statistics.atol:g}; "
         f"{say_count(statistics.steps, 'step')}, "
         f"{say_count(statistics.evaluations, 'evaluation')}, {statistics.seconds:.3g} s",
-        f"energy: {energy.total[0]:.6g} J at the start, {energy.work[-1]:.6g} J of work since; "
-        f"balance within {abs(energy.balance).max() / energy.scale:.1e} (relative)",
+        f"energy: {first:.6g} J at the start, {change}; balance within {off:.1e} (relative){where}",
     ]
     for name, lost in losses(motion, motion.t[-1:]).items():
         lines.append(f"        of that, {name}: {lost[0]:.6g} J lost")

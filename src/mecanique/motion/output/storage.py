@@ -26,7 +26,7 @@ from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Occurrence
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.tolerances import ANOTHER
-from mecanique.motion.trajectory import Statistics, Trajectory
+from mecanique.motion.trajectory import Statistics, Trajectory, settle
 
 MAX_TRIALS = 1000
 """Most combinations of whole-number options to try."""
@@ -135,7 +135,7 @@ def save(motion: Trajectory, path: str | PathLike[str]) -> None:
 
     path = Path(path)
     path = path if path.suffix else path.with_suffix(".npz")
-    s, m, curve, watched = motion.statistics, motion.mechanism, motion.curve, motion.event_names
+    s, m, curve, watched = motion.statistics, motion.mechanism, settle(motion), motion.event_names
     if motion.watched is not None:
         watched = tuple(event.name for event in motion.watched)
     about = {

@@ -23,7 +23,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.motion.record.rates import Rates
-from mecanique.motion.tolerances import OUTSIDE
+from mecanique.motion.tolerances import INSTANT, OUTSIDE
 
 Times: TypeAlias = "float | Sequence[float] | np.ndarray"
 """A time, or shape (n,) [s]."""
@@ -111,6 +111,8 @@ class Curve:
     smooth: bool = True
     close: bool = True  # whether steps are so short that a derivative of q may enlarge rounding
     known: tuple[_Pieces, ...] | None = field(default=None, repr=False)
+    # gives states (n, nq + nv) at times [s], where the integrator's own series are kept
+    series: Callable[[np.ndarray], np.ndarray] | None = field(default=None, repr=False)
 
     @cached_property
     def intervals(self) -> np.ndarray:
@@ -174,6 +176,9 @@ class Curve:
                 np.repeat(self.q[-1:], len(times), axis=0),
                 np.repeat(self.v[-1:], len(times), axis=0),
             )
+        elif self.series is not None:
+            y, nq = self.series(times), self.q.shape[1]
+            q, v = self.rates.normalize(y[:, :nq]), y[:, nq:]
         else:
             starts = self.intervals
             piece = np.searchsorted(self.t[starts], times, side="right") - 1
@@ -337,6 +342,25 @@ def interpolate(
     a, b = (1 + 2 * x) * (1 - x) ** 2, x * x * (3 - 2 * x)
     bend = h * x * (1 - x) * ((1 - x) * dy[0] - x * dy[1])
     return a * y[0] + b * y[1] + bend
+
+
+def find_falls(
+    curve: Curve, quantities: Callable[[Array, Array, Array], Array]
+) -> list[list[float]]:
+    """Return when each of some quantities, shape (n, k), falls through zero along a curve [s]."""
+    from scipy.optimize import brentq
+
+    times = np.unique(np.concatenate([curve.t, (curve.t[1:] + curve.t[:-1]) / 2]))
+    columns, falls = quantities(*curve(times).arrays).T, list[list[float]]()
+    for k, column in enumerate(columns):
+
+        def value(t: float, k: int = k) -> float:
+            return float(quantities(*curve(np.array([t])).arrays)[0, k])
+
+        places = np.flatnonzero((column[:-1] > 0) & (column[1:] <= 0))
+        pairs = zip(times[places], times[places + 1], strict=True)
+        falls.append([float(brentq(value, *pair, xtol=INSTANT, rtol=INSTANT)) for pair in pairs])
+    return falls
 
 
 RightHandSide: TypeAlias = Callable[[float, np.ndarray], np.ndarray]

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Beginning(NamedTuple):
-    """How a motion with closed loops begins."""
+    """How a motion begins."""
 
     reference: Reference  # the mechanism's, for motions from here
     state: np.ndarray  # positions and velocities on the loops, shape (nq + nv,)
@@ -32,12 +32,14 @@ class Beginning(NamedTuple):
 
 
 def begin_on_loops(reference: Reference, q: Given, v: Given, t: float) -> Beginning:
-    """Return the closed state to start from; what is given by name stays if that is possible."""
+    """Return the state to start from, its loops closed; what is named stays if that is possible."""
+    m = reference.mechanism
+    given_q, given_v = m.position(q), m.velocity(v)
+    if not m.constrained:
+        return Beginning(reference, np.concatenate([given_q, given_v]), "")
     from mecanique.reference.loops.assembly import close_velocity, position_near, project
     from mecanique.reference.loops.singular import branch_acceleration, is_crossing
 
-    m = reference.mechanism
-    given_q, given_v = m.position(q), m.velocity(v)
     position = position_near(_loops_of(reference), q, given_q, t, np.zeros(m.nv, dtype=bool))
     reference = reference.with_rank_at(position, t)
     closed = _loops_of(reference)

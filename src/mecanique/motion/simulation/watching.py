@@ -20,7 +20,7 @@ from mecanique.model.constraint_base import PressingContact
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.compile.along import StateLaw
-from mecanique.motion.record.curve import PLACES, Curve, Steps, interpolate
+from mecanique.motion.record.curve import PLACES, Curve, Steps, find_falls, interpolate
 from mecanique.motion.record.events import Event, Occurrence, Quantity, break_names
 from mecanique.motion.simulation.integrators.methods import (
     IntegrationTask,
@@ -28,7 +28,7 @@ from mecanique.motion.simulation.integrators.methods import (
     advance_within,
 )
 from mecanique.motion.simulation.problem import Outcome, Problem
-from mecanique.motion.tolerances import AT_LIMIT, INSTANT, SHORTEST_FLIGHT, TINY
+from mecanique.motion.tolerances import AT_LIMIT, SHORTEST_FLIGHT, TINY
 from mecanique.motion.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -58,26 +58,14 @@ def contact_events(mechanism: Mechanism, *, stop: bool = False) -> tuple[Event, 
 
 def find_breaks(reference: Reference, curve: Curve) -> tuple[Occurrence, ...]:
     """Return where along a motion contacts and cords cease to hold, amiss at its start or later."""
-    from scipy.optimize import brentq
-
-    times = np.unique(np.concatenate([curve.t, (curve.t[1:] + curve.t[:-1]) / 2]))
-    states = curve(times)
-    rows = margins_along(reference, states.q, states.v, times)
+    t, q, v = curve.t[:1], curve.q[:1], curve.v[:1]
+    (begin,), (at_start,) = t.tolist(), margins_along(reference, q, v, t)
+    falls = find_falls(curve, lambda t, q, v: margins_along(reference, q, v, t))
     breaks = []
-    for k, name in enumerate(break_names(reference.mechanism)):
-        falls = np.flatnonzero((rows[:-1, k] > 0) & (rows[1:, k] <= 0))
-        moments = [float(times[0])] if rows[0, k] < 0 else []
-
-        def margin(t: float, k: int = k) -> float:
-            state = curve(np.array([t]))
-            return float(margins_along(reference, state.q, state.v, np.array([t]))[0, k])
-
-        for i in falls.tolist():
-            at = brentq(margin, times[i], times[i + 1], xtol=INSTANT, rtol=INSTANT)
-            moments.append(float(at))
-        for t in moments:
-            state = curve(t)
-            breaks.append(Occurrence(name, t, state.q, state.v, state.v))
+    for name, margin, times in zip(break_names(reference.mechanism), at_start, falls, strict=True):
+        for moment in [begin, *times] if margin < 0 else times:
+            state = curve(moment)
+            breaks.append(Occurrence(name, moment, state.q, state.v, state.v))
     return tuple(breaks)
 
 

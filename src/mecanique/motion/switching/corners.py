@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
 from math import inf
-from typing import Any, ClassVar, NoReturn, TypeVar, final
+from typing import ClassVar, NoReturn, TypeVar, final
 
 import numpy as np
 
@@ -68,13 +68,7 @@ class ModeProgram:
     def __init__(self, rows: SwitchingRows, equations: SwitchingEquations, mode: Mode) -> None:
         terms, elements, letters = equations.terms, equations.elements, rows.letters
         acceleration, forces = equations.solve(mode, accelerate(terms, elements))
-
-        def length(*parts: Any) -> Any:
-            if len(parts) == 1:
-                return letters.call("Abs", parts[0])
-            return letters.call("sqrt", sum(part * part for part in parts))
-
-        margins = list_present_margins(terms, elements, mode, forces, length)
+        margins = list_present_margins(terms, elements, mode, forces, equations.length)
         self._elements = len(margins)
         rates = values_of([*letters.rates, *acceleration])
         watched = values_of([*np.ravel(margins), *terms.load])

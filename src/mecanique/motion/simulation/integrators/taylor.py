@@ -8,22 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from mecanique.arrays import spread
 from mecanique.motion.record.curve import Curve, LaterCurve, State
 from mecanique.motion.simulation.problem import Course, Integration, Outcome, Problem
-from mecanique.motion.tolerances import NO_SERIES_STEP, SERIES_ROUNDING
+from mecanique.motion.tolerances import NO_SERIES_STEP
 
 AT_ONCE = 20_000
 """Steps between reports of progress and looks for an interruption."""
-
-PARTS = (2, 4, 8, 16)
-"""Into how many parts a step is cut for the curve through states; the first accurate one counts."""
-
-TRIED = 2000
-"""In the middle of so many of its intervals a curve is compared with the series."""
-
-CLOSE = 10
-"""A curve this many tolerances from the series is accurate."""
 
 
 def integrate_series(problem: Problem, share: float, optimized: bool | None) -> Integration:
@@ -117,38 +107,21 @@ def _series(problem: Problem, machine: Any, last: float) -> list[Any]:
 
 
 def _curve(problem: Problem, rtol: float, last: float, optimized: bool) -> Curve:
-    """The curve through enough states of the series that it is as accurate as was asked for."""
+    """The curve through the steps, and between them by their series."""
     nq, code = problem.mechanism.nq, problem.code
-    rates, rhs = code.rates, code.vectorize(problem.reference)
     machine = code.borrow(problem.reference, rtol, optimized=optimized)
     series = _series(problem, machine, last)
     code.give_back(rtol, machine, optimized=optimized)
-
-    def through(t: np.ndarray, y: np.ndarray) -> Curve:
-        q, v = rates.normalize(y[:, :nq]), y[:, nq:]
-        rate = np.empty(y.T.shape)
-        # t may be an array, because every operation on it is elementwise
-        rhs(t, np.hstack([q, v]).T, rate)
-        return Curve(t=t, q=q, v=v, a=rate[nq:].T.copy(), breaks=np.array([0]), rates=rates)
-
-    if not series:
-        return through(np.array([problem.t0]), problem.start[None])
-    marks = np.concatenate([series[0].times[:1], *(output.times[1:] for output in series)])
-    # a step that ends a rounding before the end is followed by one of next to no length
-    marks = np.append(
-        marks[:-1][np.diff(marks) > NO_SERIES_STEP * (last - problem.t0)],
-        marks[-1],
-    )
-    for parts in PARTS:
-        inner = marks[:-1, None] + np.diff(marks)[:, None] * (np.arange(parts) / parts)
-        t = np.append(inner.ravel(), marks[-1])
-        curve = through(t, _values(series, t))
-        middle = ((t[1:] + t[:-1]) / 2)[spread(len(t) - 1, TRIED)]
-        exact = _values(series, middle)
-        polynomial = curve(middle)
-        gap = np.abs(np.hstack([polynomial.q, polynomial.v]) - exact)
-        # not to the share of the tolerance that steps whose errors add up are taken to
-        allowed = problem.rtol + max(problem.rtol, SERIES_ROUNDING) * np.abs(exact)
-        if (gap / allowed).max(initial=0.0) <= CLOSE:
-            break
-    return curve
+    t, y, along = np.array([problem.t0]), problem.start[None], None
+    if series:
+        marks = np.concatenate([series[0].times[:1], *(output.times[1:] for output in series)])
+        # a step that ends a rounding before the end is followed by one of next to no length
+        inner = marks[:-1][np.diff(marks) > NO_SERIES_STEP * (last - problem.t0)]
+        t, along = np.append(inner, marks[-1]), partial(_values, series)
+        y = along(t)
+    q, v = code.rates.normalize(y[:, :nq]), y[:, nq:]
+    rate = np.empty(y.T.shape)
+    # t may be an array, because every operation on it is elementwise
+    code.vectorize(problem.reference)(t, np.hstack([q, v]).T, rate)
+    a, breaks = rate[nq:].T.copy(), np.array([0])
+    return Curve(t=t, q=q, v=v, a=a, breaks=breaks, rates=code.rates, series=along)
