@@ -546,7 +546,7 @@ def _places(bars: Bars) -> Iterator[ChapterRow]:
 
 
 def _balances_of_bars(bars: Bars) -> Iterator[ChapterRow]:
-    from sympy import Matrix
+    from sympy import Matrix, Symbol
 
     m, k, l, q, v, a, t = bars.letters("m k l q v a t")
     Ax, Ay, _, _, Dx, Dy, Fx, _ = bars.reactions
@@ -591,7 +591,7 @@ def _balances_of_bars(bars: Bars) -> Iterator[ChapterRow]:
         right="once q and q'' are determined, that is q(t)",
         proof="Ex.1.2.h holds q and q'' and does not hold q'",
     )
-    multiple = 5 * m * k * equation
+    multiple = Symbol("c") * equation
     yield identity(
         "Ex. 1.2 words g",
         "a multiple of the equation of motion may be added to the reactions (footnote)",
