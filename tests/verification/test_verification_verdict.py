@@ -10,6 +10,7 @@ from dataclasses import replace
 import pytest
 
 from mecanique.verification import Row, Verdict
+from mecanique.verification.verdict import Change, EngineReading, dissenters_among
 
 GOOD = Row("mass matrix", ("jets", "Pinocchio"), 2e-16, (0.5,), (1.5,), 0.0)
 BAD = Row("bias", ("jets", "Pinocchio"), 0.25, (0.1,), (-2.0,), 3.0)
@@ -134,3 +135,47 @@ def test_it_is_frozen_and_survives_pickling() -> None:
     assert pickle.loads(pickle.dumps(found)) == found
     with pytest.raises(AttributeError):
         found.seed = 3  # type: ignore[misc]  # that is the point
+
+
+@pytest.mark.parametrize(
+    ("worst", "head"),
+    [(0.25, ": its M and bias differ by up to 25 %"), (math.inf, ""), (None, None), (1e-6, None)],
+)
+def test_an_engine_that_reads_otherwise_says_by_how_much_and_six_remarks(
+    worst: float | None, head: str | None
+) -> None:
+    remarks = tuple(f"remark {k}" for k in range(8))
+    reading = EngineReading("Engine 1", worst, remarks=remarks)
+    data = reading.to_dict()
+    assert data["worst"] == (worst if worst is not None and math.isfinite(worst) else None)
+    assert data["differs"] == reading.differs == (head is not None)
+    if head is None:
+        assert not reading.sentences()
+        return
+    first = f"Engine 1 reads the file itself otherwise{head}"
+    assert reading.sentences() == (first, *remarks[:6], "… and 2 remarks more in --json")
+    assert replace(reading, remarks=remarks[:6]).sentences() == (first, *remarks[:6])
+
+
+def test_a_change_that_was_not_weighed_has_no_weight_in_json() -> None:
+    assert Change("link 'a'", "mass").to_dict()["weight"] is None
+    assert Change("link 'a'", "mass", weight=0.5).to_dict()["weight"] == 0.5
+
+
+@pytest.mark.parametrize(
+    ("alike", "apart"),
+    [
+        ({"A": ("mecanique", "B"), "B": ("mecanique", "A"), "C": ()}, ("C",)),
+        ({"A": ("B",), "B": ("A",)}, ("mecanique",)),
+        ({"A": ("mecanique",), "B": ()}, ("B",)),
+        ({"A": (), "B": ()}, ()),
+        ({"A": ()}, ()),
+        ({"A": ("B",), "B": ("A",), "C": ("mecanique",)}, ()),
+    ],
+)
+def test_who_reads_otherwise_than_more_than_half_stands_apart(
+    alike: dict[str, tuple[str, ...]], apart: tuple[str, ...]
+) -> None:
+    readings = [EngineReading(name, 0.0, alike=others) for name, others in alike.items()]
+    readings.append(EngineReading("D", None))  # refused: it has no vote
+    assert dissenters_among(readings) == apart
