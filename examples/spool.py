@@ -9,8 +9,9 @@ F, J, g = mq.Parameter("F", 2.0, "N"), mq.Parameter("J", 0.1, "kg·m²"), mq.Par
 
 
 def spool() -> mq.Mechanism:
-    rim = mq.Visual(mq.Cylinder(R, 0.1), mq.Placement(rpy=(1.5707963267948966, 0, 0)))
-    wheel = mq.Shape(m, inertia=(J / 2, J, J / 2, 0, 0, 0), visuals=(rim,))
+    across = mq.Placement(rpy=(1.5707963267948966, 0, 0))
+    rim, core = (mq.Visual(mq.Cylinder(radius, 0.1), across) for radius in (R, c))
+    wheel = mq.Shape(m, inertia=(J / 2, J, J / 2, 0, 0, 0), visuals=(rim, core))
     return mq.Mechanism(
         "spool",
         (*map(mq.Body, ("ground", "along", "center")), mq.Body("spool", wheel)),

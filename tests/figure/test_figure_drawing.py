@@ -17,7 +17,16 @@ from mecanique.errors import UnknownNameError
 from mecanique.figure.coordinates import coordinates
 from mecanique.figure.draw import figure_tex, figure_text
 from mecanique.figure.freebody import cut_free
-from mecanique.figure.mechanism import NUT, THREADS, connections, figure, given_motions, loads, nuts
+from mecanique.figure.mechanism import (
+    NUT,
+    THREADS,
+    connections,
+    figure,
+    given_motions,
+    loads,
+    nuts,
+    supports,
+)
 from mecanique.figure.paper.files import svg, tex
 from mecanique.figure.paper.marks import (
     STYLES,
@@ -520,3 +529,26 @@ def test_an_attraction_is_drawn_on_every_body_that_can_move() -> None:
     np.testing.assert_allclose(
         along / np.hypot(*along), slope / np.hypot(*slope), rtol=1e-9, atol=0
     )
+
+
+@pytest.mark.parametrize(("angle", "below"), [(0.4, -1.0), (np.pi - 0.4, 1.0)])
+def test_a_pivot_that_slides_has_a_rail_away_from_what_it_carries(
+    angle: float, below: float
+) -> None:
+    m, l = mq.Parameter("m", 1.0, "kg"), mq.Parameter("l", 2.0, "m")
+    pendulum = mq.Mechanism(
+        "moving_pivot",
+        (mq.Body("ground"), mq.Body("pivot"), mq.Body("rod", mq.rod(m, l))),
+        (
+            mq.Prismatic("slide", "ground", "pivot", axis=(1, 0, 0), coordinate="x"),
+            mq.Revolute("pin", "pivot", "rod", axis=(0, -1, 0), coordinate="q"),
+        ),
+        parameters=(m, l),
+    )
+    q = np.array([0.3, angle])
+    where = setting(pendulum, mq.Reference(pendulum), q, np.zeros(2), 0.0)
+    lines = [mark for mark in supports(where) if isinstance(mark, Stroke)]
+    (rail,) = [mark.points for mark in lines if mark.style == "ground"]
+    pin = where.at("pivot")
+    np.testing.assert_allclose(rail[:, 1] - pin[1], 8.0 * below, rtol=0, atol=1e-9)
+    assert rail[:, 0].min() < pin[0] < rail[:, 0].max()

@@ -312,9 +312,14 @@ def _rail(setting: Setting, joint: Prismatic) -> Iterator[_Rail]:
         for solid in setting.solids
         if solid.body == joint.child and solid.kind in ("box", "cylinder", "ball")
     ]
+    # of a pivot that slides nothing else is to be seen
+    bare = all(solid.body != joint.child for solid in setting.solids)
+    pivot = bare and any(
+        isinstance(j, Revolute) and j.parent == joint.child for j in mechanism.joints
+    )
     if (
         not camera.flat
-        or not boxes
+        or not (boxes or pivot)
         or abs(float(axis[2])) > 0.9
         or stands_on_columns(setting, joint)
     ):
@@ -324,6 +329,8 @@ def _rail(setting: Setting, joint: Prismatic) -> Iterator[_Rail]:
     along = unit(camera.at(axis))
     below = downward(across(along))
     center, zero = setting.at(joint.child), setting.seat_at(joint)
+    if pivot and float(below @ _away(setting, joint.child, center)) < 0:
+        below = -below
     depth = setting.reach_from(center, joint.child, below)
     half = max(setting.reach_from(center, joint.child, along), 12.0)
     ends = [float((zero - center) @ along), 0.0]
