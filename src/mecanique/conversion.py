@@ -10,7 +10,7 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.errors import InputError
+from mecanique.errors import InputError, UrdfError
 from mecanique.formats.mjcf import read_mjcf
 from mecanique.formats.mjcf_write import write_mjcf
 from mecanique.formats.scope import (
@@ -157,7 +157,11 @@ def convert(
     lost = list_losses(mechanism, form)
     mechanism = leave_tendons_out(mechanism, form)
     text = _WRITERS[form](mechanism)
-    result = _READERS[form](text)
+    try:
+        result = _READERS[form](text)
+    except (InputError, UrdfError) as error:
+        message = f"what was written is not read as {form}, so nothing is proved"
+        raise InputError(f"{message}; {error}") from None
     if form == "URDF":  # which does not state it
         x, y, z = mechanism.evaluate_all(mechanism.gravity)
         result = replace(result, gravity=(x, y, z))

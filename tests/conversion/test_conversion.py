@@ -317,6 +317,13 @@ def test_springs_loops_and_mimics_are_written() -> None:
     assert mq.read(follows.text).nv == 1
 
 
+def test_a_result_that_is_not_read_again_is_told_from_the_source() -> None:
+    stiff = ARM.replace("<damping>0.3<", "<damping>5e80<")
+    said = "what was written is not read as URDF, so nothing is proved; .*damping of <dynamics>"
+    with pytest.raises(mq.InputError, match=said):
+        mq.convert(mq.read(stiff), "URDF")
+
+
 def test_what_is_lost_is_listed() -> None:
     conversion = mq.convert(mq.textbook.load("cart_pole"), "MJCF", states=5)
     thin = "1 body without inertia about an axis: MuJoCo refuses them, each has 2e-15 kg·m² more"
