@@ -256,3 +256,105 @@ def test_limits_bound_a_position_on_either_side() -> None:
     assert mq.Limits(lower=0.0).bounded
     assert mq.Limits(upper=0.0).bounded
     assert not mq.Limits(effort=1.0, velocity=1.0).bounded
+
+
+STRIKING: list[Any] = [
+    mq.Stop("s", "j", restitution=a),
+    mq.Contact("c", "b", restitution=a),
+    mq.Capstan("c", "j", "k", length=b, wrap=b, restitution=a),
+]
+
+
+@pytest.mark.parametrize("part", STRIKING, ids=lambda part: type(part).__name__)
+@pytest.mark.parametrize(("e", "sound"), [(-1e-9, 0), (0, 1), (0.5, 1), (1, 1), (1 + 1e-9, 0)])
+def test_a_restitution_is_from_zero_to_one(part: Any, e: float, sound: int) -> None:
+    broken = find_broken(part.rules(), {"a": e, "b": 2.0})
+    assert bool(broken) != bool(sound)
+    assert all("expected a restitution in 0…1" in fault for fault in broken)
+
+
+BOUNDS: list[tuple[Any, float, bool, str]] = [
+    # what states a number a, its bound, whether it may be that, and the words where it is beyond
+    (mq.Spring("s", "b", (0, 0, 0), "c", (0, 0, 0), a), 0.0, True, "a stiffness of at least 0"),
+    (mq.Spring("s", "b", (0, 0, 0), "c", (0, 0, 0), 1, a), 0.0, True, "free length of at least 0"),
+    (mq.Damper("s", "b", (0, 0, 0), "c", (0, 0, 0), a), 0.0, True, "a damping of at least 0"),
+    (mq.JointSpring("s", "j", a), 0.0, True, "a stiffness of at least 0"),
+    (mq.JointDamper("s", "j", a), 0.0, True, "a damping of at least 0"),
+    (mq.Loop.distance("l", "b", (0, 0, 0), "c", (0, 0, 0), a), 0.0, False, "a length above 0"),
+    (mq.Friction("f", "j", a, 1.0, mu_static=9.0), 0.0, True, "friction of at least 0"),
+    (mq.Friction("f", "j", 2.0, 1.0, mu_static=a), 2.0, True, "at least the kinetic 2"),
+    (mq.Friction("f", "j", 0.1, load=a), 0.0, True, "a load of at least 0"),
+    (mq.Stop("s", "j", stiffness=a), 0.0, False, "a stiffness above 0"),
+    (mq.Stop("s", "j", holds=a), 0.0, True, "a pull that it holds of at least 0"),
+    (mq.Capstan("c", "j", "k", length=a, wrap=1.0), 0.0, False, "a length above 0"),
+    (mq.Capstan("c", "j", "k", length=1.0, wrap=a), 0.0, False, "a wrap above 0"),
+    (mq.Contact("c", "b", radius=a), 0.0, True, "a radius of at least 0"),
+    (mq.Contact("c", "b", radius=a, axis=(0, 1, 0)), 0.0, False, "a radius above 0"),
+    (mq.Contact("c", "b", mu=a, mu_static=9.0), 0.0, True, "friction of at least 0"),
+    (mq.Rolling("r", "b", a), 0.0, False, "a radius above 0"),
+    (mq.Rolling("r", "b", a, axis=None), 0.0, True, "a radius of at least 0"),
+    (mq.Rolling("r", "b", 2.0, crown=a), 0.0, True, "a crown radius from 0"),
+    (mq.Rolling("r", "b", a, crown=2.0), 2.0, True, "to the radius 1.9"),
+    (mq.Rolling("r", "b", 2.0, friction=a), 0.0, True, "friction of at least 0"),
+    (
+        mq.Rolling("r", "b", 2.0, axis=None, bowl=a),
+        2.0,
+        False,
+        "a bowl's radius above the ball's 2",
+    ),
+    (mq.Rolling("r", "b", 2.0, axis=None, stretch=(1, a, 1)), 0.0, False, "a stretch above 0"),
+]
+
+
+@pytest.mark.parametrize(("part", "bound", "included", "words"), BOUNDS)
+def test_what_parts_state_keeps_to_its_bound(
+    part: Any, bound: float, included: bool, words: str
+) -> None:
+    def fault(value: float) -> str:
+        return "; ".join(find_broken(part.rules(), {"a": value}))
+
+    assert fault(bound + 0.1) == ""
+    assert (fault(bound) == "") == included
+    for value in (bound - 0.1, *(() if included else (bound,))):
+        assert words.replace("1.9", f"{value:g}") in fault(value)
+
+
+def test_a_dome_is_a_bowl_of_negative_radius() -> None:
+    for bowl, sound in ((-3.0, True), (-0.1, True), (0.1, False), (1.9, False), (2.1, True)):
+        ball = mq.Rolling("r", "b", 2.0, axis=None, bowl=a)
+        assert (find_broken(ball.rules(), {"a": bowl}) == []) == sound
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda x: mq.Gear("g", "P", "Q", 1.0, other_radius=1.0, pressure_angle=x), "from 0 to"),
+        (lambda x: mq.Rack("g", "P", "Q", 1.0, pressure_angle=x), "to less than π/2"),
+    ],
+)
+def test_a_pressure_angle_is_below_a_right_angle(make: Any, message: str) -> None:
+    for angle in (0.0, 1.5, math.pi / 2 - 1e-12):
+        make(angle)
+    for angle in (-1e-12, math.pi / 2, 2.0):
+        with pytest.raises(InputError, match=message):
+            make(angle)
+
+
+def test_what_presses_and_what_rubs() -> None:
+    """Rows of joints: the gap and its force, the slip and its coefficients."""
+    (stop,) = mq.Stop("s", "j", at=0.3, side=-1).joint_rows
+    assert (stop.letter, stop.weights, stop.offset) == ("N", (("j", 1),), -0.3)
+    (stop,) = mq.Stop("s", "j", at=0.3).joint_rows
+    assert (stop.weights, stop.offset) == ((("j", -1),), 0.3)
+    (slip,) = mq.Friction("f", "j", 0.1, 5.0, speed=2.0).joint_rows
+    assert (slip.letter, slip.weights, slip.offset, slip.speed) == ("R", (("j", 1.0),), None, 2.0)
+    assert mq.Friction("f", "j", 0.1, 5.0, mu_static=0.3).coefficients == (0.5, 1.5)
+    assert mq.Friction("f", "j", 0.1, "floor").coefficients == (0.1, 0.1)
+    drum = mq.Capstan("c", "j", "k", length=3.0, wrap=1.2, mu=0.4, mu_static=0.5, speed=0.7)
+    slack, slip = drum.joint_rows
+    assert (slack.weights, slack.offset) == ((("j", -1.0), ("k", -1.0)), 3.0)
+    assert (slip.weights, slip.speed) == ((("j", 0.5), ("k", -0.5)), 0.7)
+    # Euler: T₁ = e^(μ φ) T₂, of a mean of one newton
+    for coefficient, mu in zip(drum.coefficients, (0.4, 0.5), strict=True):
+        larger, smaller = 1 + float(coefficient) / 2, 1 - float(coefficient) / 2
+        assert larger / smaller == pytest.approx(math.exp(mu * 1.2), rel=1e-12)

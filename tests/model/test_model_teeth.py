@@ -299,6 +299,8 @@ def test_a_bent_train_and_its_rack_mesh_at_every_pitch_point() -> None:
             (a, b, c), ((0.7, 0.2, 0.3), (-0.4, 0, -1.1), (0, -0.6, 2.5)), strict=True
         )
     ]
+    bed = Placement(tuple(start), (0.5, -0.3, 1.2))
+    x, y, z = (along @ np.array(bed.rotation, dtype=float)).tolist()
     machine = Mechanism(
         "train",
         (
@@ -317,9 +319,7 @@ def test_a_bent_train_and_its_rack_mesh_at_every_pitch_point() -> None:
                 )
                 for name, frame, sense in zip(radii, frames, (1, -1, 1), strict=True)
             ),
-            Prismatic(
-                "S", "ground", "rack", axis=(1, 0, 0), origin=Placement(tuple(start), (0, 0, 1.2))
-            ),
+            Prismatic("S", "ground", "rack", axis=(x, y, z), origin=bed),
         ),
         elements=(
             Gear("ab", "A", "B", 0.1, other_radius=0.15),

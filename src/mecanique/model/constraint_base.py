@@ -93,7 +93,7 @@ class PressingContact(ContactBase):
         """Yield what its sizes keep to among themselves."""
         where, radius, crown = self.title, self.radius, self.crown
         # a ball of radius 0 is a point
-        bound = "at least" if self.axis is None else "above"
+        bound = "of at least" if self.axis is None else "above"
         words = f": expected a radius {bound} 0, got {{}}"
         yield NumberRule(where, words, (radius,), radius, strict=self.axis is not None)
         words = ": expected a crown radius from 0, a sharp edge, to the radius {1}, a ball, got {0}"
