@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ import pytest
 import mecanique as mq
 from mecanique import textbook
 from mecanique.model import Coordinates
-from mecanique.model.expression import plain
+from mecanique.model.expression import evaluate, plain
+from mecanique.model.placement import pose_of, rpy_of
 
 HERE = (0.0, 0.0, 0.0)
 UP = (0.0, 0.0, 1.0)
@@ -97,3 +99,85 @@ def test_a_cord_whose_stretch_turns_leaves_the_map_open() -> None:
     mechanism = textbook.load("swinging_atwood_machine")
     free = replace(mechanism, coordinates=Coordinates(()))
     assert not free.coordinates.driven
+
+
+def bevel_drive() -> mq.Mechanism:
+    """Two bevel wheels at 70° on a cage that turns as well."""
+    c, s, r, R = np.cos(1.2), np.sin(1.2), 0.1, 0.25
+    a, b = (R + c * r) / s, (r + c * R) / s
+    hollow = mq.Shape(0.5, (0, 0, 0), (0.01, 0.01, 0.01, 0, 0, 0))
+    return mq.Mechanism(
+        "bevel",
+        (mq.Body("ground"), *(mq.Body(name, hollow) for name in ("cage", "first", "second"))),
+        (
+            mq.Revolute("turn", "ground", "cage", axis=UP),
+            mq.Revolute("p", "ground", "first", axis=UP, origin=mq.Placement((0, 0, a))),
+            mq.Revolute(
+                "q", "cage", "second", axis=(s, 0, c), origin=mq.Placement((b * s, 0, b * c))
+            ),
+        ),
+        elements=(mq.Gear("mesh", "p", "q", r, other_radius=R),),
+    )
+
+
+def belt_drive() -> mq.Mechanism:
+    """A crossed belt over two wheels, whose frames are turned about their axes."""
+    wheel = mq.Shape(0.5, (0, 0, 0), (0.01, 0.01, 0.01, 0, 0, 0))
+    return mq.Mechanism(
+        "belt",
+        (mq.Body("ground"), mq.Body("a", wheel), mq.Body("b", wheel)),
+        (
+            mq.Revolute("p", "ground", "a", axis=UP, origin=mq.Placement((1, 2, 3), (0, 0, 0.4))),
+            mq.Revolute("q", "ground", "b", axis=(0, 0, -1), origin=mq.Placement((2, 2.5, 3))),
+        ),
+        elements=(
+            mq.Belt("belt", (mq.Pulley("a", 0.1), mq.Pulley("b", 0.3, -1)), normal=(0, 0, 1)),
+        ),
+    )
+
+
+def turned(mechanism: mq.Mechanism, place: mq.Placement) -> mq.Mechanism:
+    """The whole of it elsewhere in the world: what stands on the ground, and normals of cords."""
+    pose = pose_of(place)
+
+    def carried(body: str, point: Any) -> Any:
+        there = pose[:3, :3] @ mechanism.evaluate_all(point) + pose[:3, 3]
+        return tuple(there.tolist()) if body == mechanism.ground else point
+
+    joints = []
+    for joint in mechanism.joints:
+        stands = pose @ mechanism.matrix(joint.origin)
+        x, y, z = stands[:3, 3].tolist()
+        origin = mq.Placement((x, y, z), rpy_of(stands[:3, :3]))
+        joints.append(replace(joint, origin=origin) if joint.parent == mechanism.ground else joint)
+    elements: list[Any] = []
+    for element in mechanism.elements:
+        if isinstance(element, mq.Cord | mq.Belt):
+            x, y, z = (pose[:3, :3] @ element.normal).tolist()
+            over = tuple(replace(w, center=carried(w.body, w.center)) for w in element.over)
+            element = replace(element, normal=(x, y, z), over=over)
+        if isinstance(element, mq.Cord):
+            ends = [end and (end[0], carried(*end)) for end in (element.start, element.end)]
+            element = replace(element, start=ends[0], end=ends[1])
+        elements.append(element)
+    return replace(mechanism, joints=tuple(joints), elements=tuple(elements))
+
+
+@pytest.mark.parametrize(
+    "mechanism",
+    [
+        *map(textbook.load, ("planetary_gear", "rack_and_pinion", "atwood_machine")),
+        *(textbook.load("double_atwood_machine"), train(), bevel_drive(), belt_drive()),
+    ],
+    ids=lambda mechanism: mechanism.name,
+)
+def test_maps_do_not_depend_on_where_a_mechanism_stands(mechanism: mq.Mechanism) -> None:
+    names = Coordinates(mechanism.coordinates.names)
+    here = replace(mechanism, coordinates=names)
+    there = turned(here, mq.Placement((0.3, -0.7, 1.1), (0.5, -1.2, 2.1)))
+    laws = here.coordinates.driven
+    assert laws
+    assert there.coordinates.driven.keys() == laws.keys()
+    values = here.values | {name: 0.3 + 0.2 * k for k, name in enumerate(here.coordinates)}
+    for name, law in there.coordinates.driven.items():
+        assert evaluate(law, values) == pytest.approx(evaluate(laws[name], values), rel=1e-13)
