@@ -42,7 +42,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "model": [
         "expression",
-        "units",
+        "functions units",
         "coordinates parameters placement quaternions values",
         "statements",
         "constraint_base force_base joint_base",
@@ -55,7 +55,6 @@ ORDER: dict[str, list[str]] = {
         "contacts cords gears loops velocity_constraints",
         "elements friction",
     ],
-    "model.expression": ["scalars", "functions"],
     "model.bodies": ["visuals tensor", "body", "shapes"],
     "model.mechanism": [
         "origin",

@@ -26,20 +26,6 @@ from mecanique.model.constraints.loops import Loop
 from mecanique.model.constraints.velocity_constraints import VelocityConstraint
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import coordinate, distance, position, time, velocity
-from mecanique.model.expression.functions import (
-    acos,
-    asin,
-    atan,
-    atan2,
-    cos,
-    exp,
-    log,
-    sign,
-    sin,
-    sqrt,
-    tan,
-    tanh,
-)
 from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import (
     CentralForce,
@@ -54,6 +40,20 @@ from mecanique.model.forces import (
     Torque,
 )
 from mecanique.model.free_bodies import FloatingState, floating, floating_state
+from mecanique.model.functions import (
+    acos,
+    asin,
+    atan,
+    atan2,
+    cos,
+    exp,
+    log,
+    sign,
+    sin,
+    sqrt,
+    tan,
+    tanh,
+)
 from mecanique.model.joint_base import Limits
 from mecanique.model.joints import (
     Fixed,

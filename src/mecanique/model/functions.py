@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from mecanique.errors import InputError
-from mecanique.model.expression.scalars import Scalar, plain
+from mecanique.model.expression import Scalar, plain
 
 
 def sin(x: Scalar) -> Any:
