@@ -157,8 +157,9 @@ def turned(mechanism: mq.Mechanism, place: mq.Placement) -> mq.Mechanism:
             over = tuple(replace(w, center=carried(w.body, w.center)) for w in element.over)
             element = replace(element, normal=(x, y, z), over=over)
         if isinstance(element, mq.Cord):
-            ends = [end and (end[0], carried(*end)) for end in (element.start, element.end)]
-            element = replace(element, start=ends[0], end=ends[1])
+            start, end = element.start, element.end
+            start = start[0], carried(*start)
+            element = replace(element, start=start, end=end and (end[0], carried(*end)))
         elements.append(element)
     return replace(mechanism, joints=tuple(joints), elements=tuple(elements))
 

@@ -230,8 +230,8 @@ def _mesh(
     A, B = poses[wheel.child], poses[partner_joint.child]
     touch = find_pitch_point(mechanism, mesh, A, B)
     n, u, t = touch.axis, touch.toward, np.cross(touch.axis, touch.toward)
-    radius = mechanism.evaluate(mesh.radius)
-    pitch = 2 * pi * radius / counts[0]
+    radius, (count, other_count) = mechanism.evaluate(mesh.radius), counts
+    pitch = 2 * pi * radius / count
     internal = isinstance(mesh, Gear) and mesh.internal
     width = _width_of(mechanism, mesh, touch) or pitch
     known, partner = placed.get((wheel.child, internal)), placed.get((partner_joint.child, False))
@@ -248,7 +248,7 @@ def _mesh(
         body=wheel.child,
         axes=A[:3, :3].T @ np.stack([u, t, n], axis=1),
         radius=mesh.radius,
-        count=counts[0],
+        count=count,
         phase=apart / radius,
         internal=internal,
         width=width,
@@ -262,7 +262,7 @@ def _mesh(
             body=partner_joint.child,
             axes=B[:3, :3].T @ frame,
             radius=mesh.other_radius,
-            count=counts[1],
+            count=other_count,
             phase=sign * between / size,
             internal=False,
             width=width,
@@ -272,7 +272,7 @@ def _mesh(
     back = B[:3, :3].T
     start = back @ (A[:3, 3] + radius * u + between * t - B[:3, 3])
     axes = back @ np.stack([t, -u, np.cross(t, -u)], axis=1)
-    module = 2 * mesh.radius / counts[0]
+    module = 2 * mesh.radius / count
     reach = _reach(mechanism, partner_joint.child, start, axes[:, 0]) or (-4 * pitch, 4 * pitch)
     yield RackTeeth(
         body=partner_joint.child, axes=axes, start=start, module=module, reach=reach, width=width
