@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -275,3 +276,33 @@ def test_what_is_kept_of_the_last_states_is_not_pickled() -> None:
     assert latest.at(random_states(mechanism, 100, 0)) == 100
     assert len(pickle.dumps(latest)) < 200
     assert pickle.loads(pickle.dumps(latest)).at(random_states(mechanism, 3, 0)) == 3
+
+
+@pytest.mark.parametrize(
+    ("name", "acting"),
+    [
+        (
+            "double_atwood_machine",
+            {
+                "weight1": "its weight and T_cord",
+                "pulley": "the reaction in hook, T_cord and T_second",
+                "weight2": "its weight and T_second",
+                "weight3": "its weight and T_second",
+            },
+        ),
+        (
+            "planetary_gear",
+            {
+                "sun": "the reaction in sun_axle, drive, F_inner and N_inner",
+                "arm": "the reaction in arm_axle and the opposite of the reaction in planet_pin",
+                "ring": "the reaction in ring_axle, brake, F_outer and N_outer",
+                "planet": (
+                    "the reaction in planet_pin, its weight, F_inner, N_inner, F_outer and N_outer"
+                ),
+            },
+        ),
+    ],
+)
+def test_each_body_cut_free_names_what_acts_on_it(name: str, acting: dict[str, str]) -> None:
+    text = " ".join(derive_system(name, "newton_euler").text(steps=True).split())
+    assert dict(re.findall(r"Cut free, (\w+) is acted on by ([^.]*)\.", text)) == acting

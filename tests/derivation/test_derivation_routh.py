@@ -160,6 +160,7 @@ def test_the_effective_potential_is_minus_routh_s_function_at_rest() -> None:
     """Goldstein, sect. 3.3: V_eff = l²/(2 m r²) + V; it is explained among the symbols."""
     text = mq.routh(mq.textbook.load("kepler_orbit")).text(steps=True)
     assert "V_eff = p_phi^2/(2 m r^2) - m mu/r" in text
+    assert "R = m r'^2/2 - p_phi^2/(2 m r^2) + m mu/r" in text
     assert re.search(r"V_eff +effective potential \[J\]", text)
 
 

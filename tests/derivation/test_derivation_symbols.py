@@ -2,18 +2,34 @@
 
 from __future__ import annotations
 
+import math
 import re
+from fractions import Fraction
 
 import pytest
 from systems import derive_system
 
-from mecanique import Body, Mechanism, Parameter, Prismatic, Revolute, derive, rod, textbook
+from mecanique import (
+    Body,
+    Mechanism,
+    Parameter,
+    Prismatic,
+    Revolute,
+    derive,
+    particle,
+    rod,
+    textbook,
+)
 from mecanique.derivation import METHODS
 from mecanique.derivation.document import Document
 from mecanique.derivation.glossary import clashes, meanings
+from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.printing.expressions import to_sympy
+from mecanique.derivation.scalars.evaluation import evaluate
+from mecanique.derivation.scalars.polynomials import exact
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Left
+from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.model.mechanism.homogeneity import dimensions_of
 from mecanique.model.units import say_unit
 
@@ -187,3 +203,36 @@ def _listed(name: str) -> dict[str, str]:
     """What each symbol of a system is."""
     every = meanings(derive_system(name).derivation)
     return {symbol: meaning.sentence for meaning in every for symbol in meaning.names}
+
+
+def algebra(*parameters: Parameter) -> Algebra:
+    point = Body("point", particle(1.0))
+    slide = Prismatic("slide", "ground", "point", axis=(1, 0, 0), coordinate="x")
+    return Algebra(Mechanism("p", (Body("ground"), point), (slide,), parameters=parameters))
+
+
+@pytest.mark.parametrize("number", [math.sqrt(0.5), -math.sqrt(0.75), math.sqrt(7 / 999)])
+def test_a_float_that_is_the_root_of_a_fraction_is_that_root(number: float) -> None:
+    root = algebra().number(number)
+    assert root**2 == Fraction(number**2).limit_denominator(1000)
+    assert float(evaluate(root, {})) == pytest.approx(number, rel=1e-15)
+    assert not root.is_number
+
+
+@pytest.mark.parametrize(
+    "number", [0.1, 1 / 3, math.sqrt(0.5) * (1 + 1e-14), math.sqrt(5 / 1003), 0.70710678, 1.5]
+)
+def test_other_floats_are_the_fractions_that_they_are(number: float) -> None:
+    series = algebra().number(number)
+    assert series.is_number
+    assert series == exact(number)
+
+
+def test_products_name_masses_then_gravity_lengths_and_rates() -> None:
+    """Whatever the order in which they are declared, with the square of a length as a length."""
+    units = {"W": "rad/s", "A": "m²", "l": "m", "g": "m/s²", "m": "kg", "k": "N/m", "v": "m/s"}
+    ring = algebra(*(Parameter(name, 2.0, unit) for name, unit in units.items())).ring
+    whole = ring.number(1)
+    for name in units:
+        whole = whole * ring[name]
+    assert expression(whole).text() == "m k g A l W v"
