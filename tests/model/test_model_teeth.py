@@ -254,6 +254,14 @@ def test_a_rack_has_the_teeth_that_fit_on_its_longest_box() -> None:
             np.testing.assert_allclose(spanned, spans, rtol=0, atol=1e-12)
 
 
+def test_a_rack_without_a_box_has_the_teeth_that_fit_on_eight_pitches() -> None:
+    machine = textbook.load("rack_and_pinion")
+    bodies = (*machine.bodies[:2], Body("rack", ball(1.0, 0.1)))
+    _, rack = teeth_of(replace(machine, bodies=bodies))
+    assert isinstance(rack, RackTeeth)
+    assert len(rack.outline(machine.evaluate(rack.module))) == 7 * 4
+
+
 @pytest.mark.parametrize(
     ("radii", "counts"),
     [

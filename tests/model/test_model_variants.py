@@ -166,6 +166,11 @@ def test_joints_that_follow_others_are_freed() -> None:
     free = tied.without_mimic()
     assert free.coordinates.driven == {"A": 0.1 * time}
     assert list(free.coordinates) == ["B", "S", "C", "E"]
+    # in the order of the joints again, or in that which was chosen
+    late = replace(linkage(), coordinates=mq.Coordinates((), {"B": 2 * mq.coordinate("C")}))
+    assert list(late.without_mimic().coordinates) == ["A", "B", "S", "C", "E"]
+    chosen = replace(linkage(), coordinates=mq.Coordinates(("E", "A"), {"B": 2 * x}))
+    assert list(chosen.without_mimic().coordinates) == ["E", "A", "S", "C", "B"]
     machine = mq.textbook.load("planetary_gear")
     loose = machine.without_mimic()
     assert loose.elements == ()
