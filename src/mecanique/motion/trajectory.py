@@ -150,6 +150,9 @@ class Trajectory:
     def poses(self, t: Times | None = None) -> np.ndarray:
         """Return the poses of all bodies in the world, in their order, shape (n, nb, 4, 4).
 
+        They take 128 bytes a body and sample; of a million samples, that memory alone may take
+        twice as long to fill as the motion took by Taylor series.
+
         Args:
             t: times [s]: a number, for shape (nb, 4, 4), or shape (n,); the samples' by default.
         """
