@@ -62,7 +62,10 @@ SUITES = [
     *(str(ROOT / "tests" / room) for room in ("generation", "rolling", "textbook")),
     *(str(ROOT / "tests" / f"test_{name}.py") for name in ("forces", "potentials")),
     *(str(ROOT / "tests" / "motion" / f"test_motion_{name}.py") for name in ("loops", "linear")),
-    str(ROOT / "tests" / "motion" / "test_motion_linear_letters.py"),
+    *(
+        str(ROOT / "tests" / "motion" / f"test_motion_{name}_letters.py")
+        for name in ("linear", "speeds")
+    ),
 ]
 """Those of the core, of what is derived and generated, and of motions singular and in letters."""
 ENOUGH = 30
@@ -165,7 +168,7 @@ def changed(node: Any) -> None:
         node.ops = [OPERATORS[type(node.ops[0])]()]
     elif isinstance(node, ast.Constant):
         value: Any = node.value
-        node.value = 2 * value if isinstance(value, float) else value - 1 if value else 1
+        node.value = (2 * value if isinstance(value, float) else value - 1) if value else value + 1
     elif isinstance(node.op, ast.MatMult):
         node.left, node.right = node.right, node.left
     else:
