@@ -272,4 +272,16 @@ def test_drake_knows_joints_by_models_in_models() -> None:
     world = f'<sdf version="1.9"><world name="w">{models}</world></sdf>'
     (found,) = read_by(mq.read(world), ("drake",), 0)
     assert found.alike == ("mecanique",)
-    assert not found.sentences()
+    assert not found.differs
+
+
+def test_joints_that_engines_are_not_asked_about_are_named() -> None:
+    pytest.importorskip("mujoco")
+    hinge = '<body><joint name="h" axis="0 1 0"/><geom size="0.1" pos="0 0 0.3"/></body>'
+    free = f'<body><freejoint name="root"/><geom size="0.2"/>{hinge}</body>'
+    text = f"<mujoco><worldbody>{free}</worldbody></mujoco>"
+    (found,) = read_by(mq.read(text), ("mujoco",), 0)
+    assert found.uncompared == ("root",)
+    assert not found.differs
+    (said,) = found.sentences()
+    assert said.endswith(": without the joint 'root' of several velocities, kept at rest")

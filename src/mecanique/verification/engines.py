@@ -2,7 +2,8 @@
 
 Pinocchio gets a mechanism as the text that mecanique writes anew. Here each engine reads the
 original with its own parser, and its mass matrix and bias are compared with those of the tree that
-mecanique reads, its root fixed and every joint with one coordinate free, also those that mimic.
+mecanique reads: its root fixed, every joint with one coordinate free, also those that mimic, and
+joints with several velocities, such as balls, at rest and named.
 The engines are compared with one another, too, so that of several one that stands alone is named.
 """
 
@@ -219,7 +220,8 @@ def _compare(asked: _Asked, engine: Engine) -> tuple[EngineReading, Original | N
         pairs.append(("bias", held, offs - original.passive[:, order]))
     remarks = [f"{title} has no joint {name!r}" for name in lost]
     worst = np.inf if lost else _difference(pairs, mass)
-    reading = EngineReading(title, worst)
+    several = tuple(joint.name for joint in tree.joints if len(joint.velocities) > 1)
+    reading = EngineReading(title, worst, uncompared=several)
     if reading.differs:
         remarks += [*_places(tree, joints, mass, others), *_traps(origin, engine)]
         remarks += [f"{title.split()[0]} said: {said}" for said in original.complaints]
