@@ -67,7 +67,7 @@ SECTIONS = {
     ),
     "Forces": ("mecanique.model.forces", "mecanique.model.force_base"),
     "Loops, contacts and guides": ("mecanique.model.constraints",),
-    "Expressions": ("mecanique.model.expression",),
+    "Expressions": ("mecanique.model.expression", "mecanique.model.functions"),
     "Catalogue and files": ("mecanique.textbook", "mecanique.formats", "mecanique.urdf"),
 }
 """The sections of a long chapter, likewise, by the rooms where their names are defined."""

@@ -286,7 +286,7 @@ def test_what_is_attached_says_where_it_is_wrong(tmp_path: Path) -> None:
 
     def attach(inside: str) -> mq.Mechanism:
         asset = '<asset><model file="limb.xml" name="limb"/></asset>'
-        main.write_text(f"<mujoco>{asset}<worldbody>\n{inside}</worldbody></mujoco>")
+        main.write_text(f"<mujoco>{asset}<worldbody>\n{inside}</worldbody></mujoco>", "utf-8")
         return read_mjcf(main)
 
     alone = attach('<attach model="limb" body="b" prefix="x_"/>')

@@ -194,14 +194,14 @@ def test_models_of_gazebo_stand_beside_its_worlds(
 ) -> None:
     for folder in ("robots/models/arm", "more/leg", "robots/worlds/test"):
         (tmp_path / folder).mkdir(parents=True)
-    (tmp_path / "robots" / "models" / "arm" / "model.sdf").write_text(model(A))
-    (tmp_path / "more" / "leg" / "model.sdf").write_text(model(A))
+    (tmp_path / "robots" / "models" / "arm" / "model.sdf").write_text(model(A), "utf-8")
+    (tmp_path / "more" / "leg" / "model.sdf").write_text(model(A), "utf-8")
     uris = ("model://arm", "arm", "model://leg")
     inside = "".join(
         f"<include><uri>{uri}</uri><name>{k}</name></include>" for k, uri in enumerate(uris)
     )
     world = tmp_path / "robots" / "worlds" / "test" / "w.sdf"
-    world.write_text(f'<sdf version="1.7"><world name="w">{inside}</world></sdf>')
+    world.write_text(f'<sdf version="1.7"><world name="w">{inside}</world></sdf>', "utf-8")
     said = f"w.sdf:1: the model 'model://leg' is not found in {world.parent} and above; name the "
     with pytest.raises(mq.InputError, match=re.escape(said)):
         read_sdf(world)
@@ -222,9 +222,10 @@ def test_axes_are_the_models_only_where_their_version_can_say_so(tmp_path: Path)
     assert axes(new) == axes(read_sdf(model(plain, "1.7"))) != axes(old)
     assert "1 choices of the model's axes, which SDF 1.7 has no more" in new.about
     # a model that is included has a version of its own, and no other
-    (tmp_path / "new.sdf").write_text(model(turned, "1.7"))
+    (tmp_path / "new.sdf").write_text(model(turned, "1.7"), "utf-8")
     main = tmp_path / "main.sdf"
-    main.write_text(model(turned + "<include><uri>new.sdf</uri><name>n</name></include>", "1.6"))
+    included = "<include><uri>new.sdf</uri><name>n</name></include>"
+    main.write_text(model(turned + included, "1.6"), "utf-8")
     assert axes(read_sdf(main)) == {**axes(old), "n::r": axes(new)["r"]}
 
 

@@ -167,14 +167,14 @@ class EngineReading:
         if self.refused:
             return (f"{head}: {self.refused}", *self.remarks)
         if not self.differs:
-            return (self._say_uncompared(),) if self.uncompared else ()
+            return (self._say_without(),) if self.uncompared else ()
         if self.worst is not None and math.isfinite(self.worst):
             head += f": its M and bias differ by up to {100 * self.worst:.2g} %"
         rest = len(self.remarks) - _MOST_LISTED
         more = (f"… and {say_count(rest, 'remark')} more in --json",) if rest > 0 else ()
         return (head, *self.remarks[:_MOST_LISTED], *more)
 
-    def _say_uncompared(self) -> str:
+    def _say_without(self) -> str:
         names, rest = self.uncompared[:_MOST_LISTED], len(self.uncompared) - _MOST_LISTED
         listed = ", ".join(map(repr, names)) + (f" and {rest} more" if rest > 0 else "")
         joints = "the joint" if len(self.uncompared) == 1 else "the joints"
