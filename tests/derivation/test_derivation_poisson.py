@@ -490,6 +490,11 @@ def test_substitution_is_exact() -> None:
     assert put(series - 1 / h + h) == 0
     assert Substitution({"q": 2 * q}, numbers)(sin(3 * q) * q) == 2 * q * sin(6 * q)
     assert Substitution({}, numbers)(series) == series
+    # a root stays positive where what is below it becomes a square: √(x² + y²) at y = 0 is |x|
+    y = ring.coordinate("y")
+    for number, sign in ((-0.4, -1), (0.4, 1)):
+        alone = Substitution({"y": ring.number(0)}, {**numbers, "x": number})
+        assert alone(sqrt(x**2 + y**2)) == sign * x
     # a root keeps its sign: √((x − h)²) is h − x as a series, and positive where it was
     shifted = sqrt(x**2 + h**2 / 4)
     assert evaluate(Substitution({"x": -h}, numbers)(shifted), numbers) == pytest.approx(

@@ -13,6 +13,7 @@ from systems import derive_system
 from mecanique import textbook
 from mecanique.derivation import derive
 from mecanique.derivation.laws import Elastic, Viscous
+from mecanique.derivation.methods import METHODS
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.numeric.recursion import Recursion
@@ -287,3 +288,18 @@ def test_a_ball_joint_may_stand_on_what_is_at_rest_only() -> None:
     hinged = on_a_stand(Revolute("hinge", "ground", "stand", axis=(0, 1, 0)))
     with pytest.raises(DerivationError, match="'socket' turns by a quaternion on a body th"):
         Kinematics(Algebra(hinged))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_rotor_turns_as_its_joint_does_where_the_coordinate_is_another(method: str) -> None:
+    """With theta = 2 s the rotor's energy is 2 J s'^2 and 4 J s'' in s; the equation is halved."""
+    pendulum = textbook.load("rigid_bar_pendulum")
+    (pin,) = pendulum.joints
+    rotor = Parameter("J", 0.7, "kg·m²")
+    half = replace(
+        pendulum,
+        joints=(replace(pin, coordinate="theta", armature=rotor),),
+        coordinates=Coordinates(("s",), {"theta": 2 * coordinate("s")}),
+        parameters=(*pendulum.parameters, rotor),
+    )
+    assert str(derive(half, method)) == "2 (m l^2 + 3 J) s'' + 3 m g l sin(s) cos(s) = 0"

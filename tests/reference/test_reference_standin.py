@@ -168,3 +168,9 @@ def test_wrenches_are_transformed_there_and_back() -> None:
         same = back(there(wrench))
         np.testing.assert_allclose(same.linear, wrench.linear, rtol=0, atol=1e-14)
         np.testing.assert_allclose(same.angular, wrench.angular, rtol=0, atol=1e-14)
+
+
+def test_wrenches_add_up() -> None:
+    a, b = standin.Force(np.arange(6.0)), standin.Force(np.array([1.0, -1, 2, 0, 3, -2]))
+    np.testing.assert_array_equal((a + b).vector, [1, 0, 4, 3, 7, 3])
+    np.testing.assert_array_equal((a - b).vector, [-1, 2, 0, 3, 1, 7])

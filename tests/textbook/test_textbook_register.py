@@ -159,6 +159,9 @@ def test_a_false_statement_is_detected() -> None:
     assert not identity("0", "", "", x - x, x).sound
     assert not identity("0", "", "").sound
     assert not agreement("0", "", "", (1.0, 1.0), (1.0, 1.1)).holds
+    # however large or small the sides are
+    assert not agreement("0", "", "", (1e-12, 1.1e-12)).holds
+    assert agreement("0", "", "", (1e12, 1e12 * (1 + 1e-15))).holds
     unproven = misprint("0", "", "", [sin(x) - x], [sin(x) - 2 * x], right="sin(x) = 2 x", proof="")
     assert not unproven.sound
     assert "IS NOT PROVEN" in str(unproven)

@@ -247,3 +247,17 @@ def test_elements_that_switch_are_compared() -> None:
         "friction 'dry': removed",
         "stop 'dry': added",
     }
+
+
+def test_another_coordinate_is_another_law_of_the_joint() -> None:
+    absolute = mq.textbook.load("double_pendulum")
+    q1, q2 = map(mq.coordinate, ("q1", "q2"))
+    relative = replace(absolute, coordinates=mq.Coordinates(("q1", "q2"), {"theta2": q2}))
+    (change,) = mq.diff(absolute, relative).changes
+    assert (change.what, change.before, change.after) == (
+        "law of its coordinate",
+        str(absolute.coordinates.driven["theta2"]),
+        "q2",
+    )
+    assert absolute.coordinates.driven["theta2"] == q2 - q1
+    assert mq.diff(relative, relative).same

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import re
 import runpy
 import subprocess
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.generation.targets.c import compiler
+from mecanique.verification import foreign
 
 HEADER = """
 enum { crane_nq = %d };
@@ -170,3 +172,18 @@ def test_a_library_that_ends_its_process_does_not_agree(
     header.write_text(f"{declared};\n", encoding="utf-8")
     with pytest.raises(mq.InputError, match=message):
         mq.verify(mq.textbook.load("cart_pole"), samples=2, against=library, header=header)
+
+
+def test_arguments_of_declared_functions_are_numbers_or_pointers() -> None:
+    takes = foreign._takes
+    assert takes("m_bias", "const double *q, const double v[], double *out") == ("q", "v")
+    assert takes("m_forces", "double t, const double* q, double out[]") == ("t", "q")
+    for arguments, said in {
+        "double q, double *out": "expected q of m_bias to be a pointer",
+        "const double *t, double *out": "expected t of m_bias to be a number",
+        "const double *q, double out": "expected out of m_bias to be a pointer",
+        "const float *q, float *out": "expected arguments of m_bias in double precision",
+        "const double *x, double *out": "expected arguments of m_bias among t, q, v",
+    }.items():
+        with pytest.raises(mq.InputError, match=re.escape(said)):
+            takes("m_bias", arguments)
