@@ -30,6 +30,7 @@ from mecanique.model import (
     Body,
     Coordinates,
     Fixed,
+    Floating,
     Joint,
     Mechanism,
     Parameter,
@@ -40,10 +41,13 @@ from mecanique.model import (
     Spherical,
     Torque,
     ball,
+    box,
     coordinate,
     disk,
 )
 from mecanique.model.states import States
+from mecanique.reference import Reference
+from mecanique.verification import verify
 from mecanique.verification.states import random_states
 
 
@@ -295,6 +299,7 @@ def test_a_rotor_turns_as_its_joint_does_where_the_coordinate_is_another(method:
     """With theta = 2 s the rotor's energy is 2 J s'^2 and 4 J s'' in s; the equation is halved."""
     pendulum = textbook.load("rigid_bar_pendulum")
     (pin,) = pendulum.joints
+    assert isinstance(pin, Revolute)
     rotor = Parameter("J", 0.7, "kg·m²")
     half = replace(
         pendulum,
@@ -303,3 +308,29 @@ def test_a_rotor_turns_as_its_joint_does_where_the_coordinate_is_another(method:
         parameters=(*pendulum.parameters, rotor),
     )
     assert str(derive(half, method)) == "2 (m l^2 + 3 J) s'' + 3 m g l sin(s) cos(s) = 0"
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_free_body_is_carried_by_a_slide(method: str) -> None:
+    """A Floating joint moves relative to its parent: the parent's velocity adds to its own."""
+    cart = Body("cart", box(2.0, (0.3, 0.2, 0.1)))
+    dice = Body("dice", box(0.7, (0.1, 0.2, 0.4)).at((0.1, 0.0, 0.2)))
+    slide = Prismatic("slide", "ground", "cart", axis=(0.6, 0.0, 0.8), coordinate="x")
+    joint = Floating("root", "cart", "dice", origin=Placement((0.1, 0.2, 0.3), (0.4, 0.1, 0.0)))
+    bodies = (Body("ground"), cart, dice)
+    mechanism = Mechanism("carried", bodies, (slide, joint), gravity=(0, 0, -9.81))
+    derivation = derive(mechanism, method).derivation
+    reference = Reference(mechanism)
+    random = np.random.default_rng(4)
+    q, v, a = mechanism.neutral(), *random.normal(size=(2, mechanism.nv))
+    turn = random.normal(size=4)
+    q[:4], q[4:] = random.normal(size=4), turn / np.linalg.norm(turn)
+    names = (*mechanism.coordinates, *mechanism.velocities, *derivation.algebra.accelerations)
+    values = dict(zip(names, np.concatenate([q, v, a]).tolist(), strict=True))
+    evaluate = Evaluation(derivation.algebra.ring, values)
+    needed = [
+        sum(evaluate(m) * x for m, x in zip(row, a, strict=True)) + evaluate(h) - evaluate(Q)
+        for row, h, Q in zip(derivation.M, derivation.h, derivation.Q, strict=True)
+    ]
+    np.testing.assert_allclose(needed, reference.inverse_dynamics(q, v, a), rtol=0, atol=1e-12)
+    assert verify(mechanism, 5).agrees

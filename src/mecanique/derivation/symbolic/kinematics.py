@@ -50,14 +50,16 @@ class Kinematics:
         self._carriers: list[int] = []
         self._relative: list[Matrix] = []
         self._frames: dict[int, Matrix] = {-1: IDENTITY}
+        self._carried: dict[int, list[Any]] = {}
+        """Where joints with quaternions are on what carries them, in the world."""
         self.spans: dict[str, Span] = {}
         """The lines between the ends of the forces asked for, by the force's name."""
         values, arithmetic = algebra.values, algebra.arithmetic
         for place, link in enumerate(self.tree):
             parent = self._relative[link.parent] if link.parent >= 0 else IDENTITY
             carrier = self._of(link.parent)
-            here = product(origin(link.origin, values, arithmetic), local(link, values, arithmetic))
-            pose = product(parent, here)
+            seat = product(parent, origin(link.origin, values, arithmetic))
+            pose = product(seat, local(link, values, arithmetic))
             if link.kind in ("ball", "free"):
                 if carrier >= 0 or any(moves(entry) for row in parent for entry in row[:3]):
                     raise DerivationError(
@@ -66,6 +68,7 @@ class Kinematics:
                         "hinges to read them"
                     )
                 self._frames[place] = pose
+                self._carried[place] = [row[3] for row in seat]
                 carrier, pose = place, IDENTITY
             self._carriers.append(carrier)
             self._relative.append(pose)
@@ -230,10 +233,12 @@ class Kinematics:
     def _twist(self, carrier: int) -> Matrix:
         """Return the twist (ω̂, v) of a carrier in its own axes."""
         *linear, x, y, z = (self.algebra.values[name] for name in self.tree[carrier].velocities)
-        *axes, carried = zip(*self._frames[carrier], strict=True)
-        if not linear and any(map(moves, carried)):
+        carried = self._carried[carrier]
+        if any(map(moves, carried)):  # what carries the joint moves without turning
+            *axes, _ = zip(*self._frames[carrier], strict=True)
             rates = [*map(_ddt, carried)]
-            linear = [combination(axis, rates) for axis in axes]
+            pushed = [combination(axis, rates) for axis in axes]
+            linear = [*map(plus, linear, pushed)] if linear else pushed
         u, v, w = linear or (0, 0, 0)
         return [[0, -z, y, u], [z, 0, -x, v], [-y, x, 0, w]]
 
