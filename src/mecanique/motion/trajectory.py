@@ -431,14 +431,14 @@ STRETCHES, LENGTH = 5, 40
 """Numbers of these and of the steps in each."""
 
 
-def stretches_of(motion: Trajectory) -> list[Trajectory]:
+def stretches_of(motion: Trajectory, length: int = LENGTH) -> list[Trajectory]:
     """Return a motion, or stretches of a long one that are spread over it, sampled at its steps."""
     curve, count = motion.curve, len(motion.curve.intervals)
     if count <= MOST_STEPS:
         return [motion]
     stretches = []
-    for first in curve.intervals[spread(count - LENGTH + 1, STRETCHES)].tolist():
+    for first in curve.intervals[spread(count - length + 1, STRETCHES)].tolist():
         events = tuple(event for event in motion.events if event.t > curve.t[first])
-        part = replace(motion, path=curve.part(first, first + LENGTH + 1), events=events)
+        part = replace(motion, path=curve.part(first, first + length + 1), events=events)
         stretches.append(at_steps(part))
     return stretches

@@ -35,6 +35,9 @@ _BALANCED = (
     ("angular momentum about the center of mass", "kg·m²/s"),
 )
 
+LENGTH = 70
+"""Steps in a stretch: with six states of each there are enough for a program to pay."""
+
 
 def momentum_balances(motion: Trajectory, *, whole: bool = False) -> list[MomentumBalance]:
     """Return the balances of linear and angular momentum.
@@ -51,7 +54,7 @@ def momentum_balances(motion: Trajectory, *, whole: bool = False) -> list[Moment
         mechanism.evaluate(body.mass) for body in mechanism.bodies if body.name != mechanism.ground
     ):
         return []
-    stretches = [motion] if whole else stretches_of(motion)
+    stretches = [motion] if whole else stretches_of(motion, LENGTH)
     parts = zip(*map(_balance, stretches), strict=True)
     residual, scales = map(np.concatenate, parts)
     t = np.concatenate([stretch.t for stretch in stretches])
