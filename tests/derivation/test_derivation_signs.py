@@ -334,3 +334,7 @@ def test_a_free_body_is_carried_by_a_slide(method: str) -> None:
     ]
     np.testing.assert_allclose(needed, reference.inverse_dynamics(q, v, a), rtol=0, atol=1e-12)
     assert verify(mechanism, 5).agrees
+    text = " ".join(derive(mechanism, method).text(steps=True).split())
+    assert "x component of the velocity of dice relative to cart, in its own axes [m/s]" in text
+    assert "z coordinate of dice relative to cart [m]" in text
+    assert "in the axes of the world. Both are relative to cart, which carries dice." in text

@@ -284,4 +284,4 @@ def test_joints_that_engines_are_not_asked_about_are_named() -> None:
     assert found.uncompared == ("root",)
     assert not found.differs
     (said,) = found.sentences()
-    assert said.endswith(": without the joint 'root' of several velocities, kept at rest")
+    assert said.endswith(": joint 'root' not compared (more than one velocity)")

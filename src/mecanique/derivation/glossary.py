@@ -220,7 +220,7 @@ def _collect_kinds(derivation: Derivation, *, steps: bool) -> dict[str, Kind]:
 
 def _explain_coordinates(mechanism: Mechanism) -> Iterator[Meaning]:
     # followers among them are no coordinates of the mechanism
-    of_joint = dict(pair for joint in mechanism.joints for pair in _explain_joint(joint))
+    of_joint = dict(pair for joint in mechanism.joints for pair in _explain_joint(joint, mechanism))
     unit = units(mechanism)
     driven = mechanism.coordinates.driven.items()
     for name in mechanism.coordinates:
@@ -235,7 +235,7 @@ def _explain_coordinates(mechanism: Mechanism) -> Iterator[Meaning]:
         for velocity in joint.velocities:
             linear = velocity in joint.linear_velocities
             what, of_unit = ("velocity", "m/s") if linear else ("angular velocity", "rad/s")
-            of = f"the {what} of {joint.child}, in its own axes [{of_unit}]"
+            of = f"the {what} of {_name_child(joint, mechanism)}, in its own axes [{of_unit}]"
             yield Meaning((velocity,), f"{velocity[-1]} component of {of}")
 
 
@@ -243,7 +243,7 @@ def _explain_followers(derivation: Derivation) -> Iterator[Meaning]:
     """Yield the joint coordinates that the coordinate map gives, each with its expression."""
     algebra = derivation.algebra
     mechanism = algebra.mechanism
-    of_joint = dict(pair for joint in mechanism.joints for pair in _explain_joint(joint))
+    of_joint = dict(pair for joint in mechanism.joints for pair in _explain_joint(joint, mechanism))
     named = {
         algebra.ring.generators[index].name: atom.argument
         for index, atom in algebra.ring.atoms.items()
@@ -342,7 +342,7 @@ def _find_owner(name: str, owners: Iterable[str]) -> str:
     return max(held, key=len, default="")
 
 
-def _explain_joint(joint: Joint) -> Iterator[tuple[str, str]]:
+def _explain_joint(joint: Joint, mechanism: Mechanism) -> Iterator[tuple[str, str]]:
     """Yield name and meaning of each coordinate of a joint."""
     names = [name for name in joint.coordinates if name not in joint.followers]
     match joint:
@@ -363,13 +363,20 @@ def _explain_joint(joint: Joint) -> Iterator[tuple[str, str]]:
             ]
         case _:
             linear = zip("xyz", joint.linear_coordinates, strict=False)
-            sentences = [f"{axis} coordinate of {joint.child} [m]" for axis, _ in linear]
+            moved = _name_child(joint, mechanism)
+            sentences = [f"{axis} coordinate of {moved} [m]" for axis, _ in linear]
             parts = zip(_PARTS, joint.quaternion, strict=False)
             sentences += [f"{part} of the unit quaternion of {joint.child}" for part, _ in parts]
     yield from zip(names, sentences, strict=True)
     kinds = dict(zip(joint.coordinates, joint.kinds, strict=True))
     for name in joint.followers:
         yield name, f"dependent coordinate of joint {joint.name} [{UNITS[kinds[name]]}]"
+
+
+def _name_child(joint: Joint, mechanism: Mechanism) -> str:
+    """Name what a joint moves, and relative to what if that is not the ground."""
+    relative = "" if joint.parent == mechanism.ground else f" relative to {joint.parent}"
+    return f"{joint.child}{relative}"
 
 
 def _name_joint(joint: Single) -> str:

@@ -136,7 +136,7 @@ class Motion(Trajectory):
 
         It looks at the motion's own steps and between 100 of them, so that what it says does not
         depend on the samples. Momenta, and work that has no potential, of a motion of more than
-        1,000 steps are balanced in five stretches, each from its own start, of 70 steps for momenta
+        1,000 steps are balanced in five stretches, each from its own start, of 67 steps for momenta
         and of 40 for work. It takes about as long as the motion, and up to four times as long where
         a compiled motion meets loops or contacts, which are met anew in every state.
 

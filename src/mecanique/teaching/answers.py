@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property, partial
@@ -11,6 +11,7 @@ from typing import NamedTuple, final
 
 import numpy as np
 
+from mecanique.checking.judgement.quantities import ENERGIES
 from mecanique.derivation import derive
 from mecanique.derivation.linear import Linearized
 from mecanique.derivation.methods import METHODS
@@ -62,7 +63,7 @@ class Solver:
         kind = KINDS[name]
         answer, ring = kind.answer(self), self._equations.derivation.algebra.ring
         written = set(re.findall(r"\w+", answer.text))
-        if _MOTION in (kind.ask, name):  # whose letters are known where equations are judged
+        if (kind.ask or name) == _MOTION:  # where these letters are known
             written = set()
         roots = {ring.generators[k].name: a.argument for k, a in ring.atoms.items() if a.named}
         lines = [f"{rho} = sqrt({_say(roots[rho])})" for rho in roots if rho in written]
@@ -109,23 +110,12 @@ class Solver:
             lines.append(f"{symbol} = {_over(rest, _say(lever))}" if lever else f"{rest} = 0")
         return WorkedAnswer("\n".join(lines), self._whole, symbol)
 
-    def kinetic(self) -> WorkedAnswer:
-        """Return T."""
-        return WorkedAnswer(f"T = {_say(self._lagrange.T)}", self._until("Kinetic energy"))
-
-    def potential(self) -> WorkedAnswer:
-        """Return V."""
-        return WorkedAnswer(f"V = {_say(self._lagrange.V)}", self._until("Potential energy"))
-
-    def lagrangian(self) -> WorkedAnswer:
-        """Return T − V."""
-        difference = self._lagrange.T - self._lagrange.V
-        return WorkedAnswer(f"L = {_say(difference)}", self._until("Potential energy"))
-
-    def energy(self) -> WorkedAnswer:
-        """Return T + V."""
-        total = self._lagrange.T + self._lagrange.V
-        return WorkedAnswer(f"E = {_say(total)}", self._until("Potential energy"))
+    def energy(self, name: str, letter: str) -> WorkedAnswer:
+        """Return T, V, T − V or T + V, by its name where formulas are checked."""
+        kinetic, potential = ENERGIES[name]
+        series = kinetic * self._lagrange.T + potential * self._lagrange.V
+        last = "Potential energy" if potential else "Kinetic energy"
+        return WorkedAnswer(f"{letter} = {_say(series)}", self._until(last))
 
     def mass_matrix(self) -> WorkedAnswer:
         """Return M."""
@@ -226,7 +216,8 @@ class Solver:
 
     def frequency(self) -> WorkedAnswer:
         """Return the frequencies, in letters of a single one at zero, else in numbers."""
-        small, named = self._vibrate("omega", "rad/s", lambda omega: omega)
+        small = self._vibrate()
+        named = _number_lines("omega", "rad/s", small.frequencies.tolist())
         letters = small.symbolic
         text, note = "\n".join(named), _DIGITS
         if letters.square is not None and not small.q.any():
@@ -234,35 +225,22 @@ class Solver:
         said = f"With the numbers given: {', '.join(named)}"
         return WorkedAnswer(text, self._linear_steps(letters, said), self._say_place(small), note)
 
-    def hertz(self) -> WorkedAnswer:
-        """Return the frequencies in numbers, in hertz."""
-        small, named = self._vibrate("f", "Hz", lambda omega: omega / (2 * np.pi))
-        return WorkedAnswer(
-            "\n".join(named), self._linear_steps(small.symbolic), self._say_place(small), _DIGITS
-        )
-
-    def seconds(self) -> WorkedAnswer:
-        """Return the periods in numbers, in seconds."""
-        small, named = self._vibrate("T", "s", lambda omega: 2 * np.pi / omega)
+    def numbers(self, letter: str, unit: str, convert: Callable[[float], float]) -> WorkedAnswer:
+        """Return what follows from each frequency in numbers, to four digits."""
+        small = self._vibrate()
         self._refuse(not small.frequencies.all(), "it can drift away")
-        return WorkedAnswer(
-            "\n".join(named), self._linear_steps(small.symbolic), self._say_place(small), _DIGITS
-        )
+        named = _number_lines(letter, unit, map(convert, small.frequencies.tolist()))
+        steps, place = self._linear_steps(small.symbolic), self._say_place(small)
+        return WorkedAnswer("\n".join(named), steps, place, _DIGITS)
 
-    def _vibrate(
-        self, letter: str, unit: str, convert: Callable[[float], float]
-    ) -> tuple[Linearization, list[str]]:
-        """Return undamped vibrations about a stable equilibrium, with a line for each."""
+    def _vibrate(self) -> Linearization:
+        """Return undamped vibrations about a stable equilibrium."""
         small = self._linearize()
         self._refuse(
             not small.stable or bool(small.C.any()) or not small.frequencies.any(),
             "expected an undamped mechanism that swings about a stable equilibrium",
         )
-        numbered = len(small.frequencies) > 1
-        return small, [
-            f"{letter}{k if numbered else ''} = {convert(omega):.4g} {unit}"
-            for k, omega in enumerate(small.frequencies.tolist(), 1)
-        ]
+        return small
 
     def _say_place(self, small: Linearization) -> str:
         pairs = zip(self._mechanism.coordinates, small.q, strict=True)
@@ -396,6 +374,13 @@ class Solver:
         return text.partition(f"\n\n{len(kept) + 1}. Equations of motion")[0]
 
 
+def _number_lines(letter: str, unit: str, values: Iterable[float]) -> list[str]:
+    """Return a line for each value to four digits, numbered if there are several."""
+    listed = list(values)
+    numbers = range(1, len(listed) + 1) if len(listed) > 1 else [""]
+    return [f"{letter}{k} = {x:.4g} {unit}" for k, x in zip(numbers, listed, strict=True)]
+
+
 def _invert(frequency: str) -> str:
     """Return the line of the period, T = 2π/ω, by that of a frequency."""
     return f"T = 2 pi/{frequency.partition(' = ')[2]}"
@@ -435,7 +420,7 @@ def _say(series: Series) -> str:
 _MOTION = "equation of motion"
 
 
-class Question(NamedTuple):
+class ExerciseKind(NamedTuple):
     """A kind of question: its words, and what answers it."""
 
     task: str
@@ -444,105 +429,116 @@ class Question(NamedTuple):
     ask: str = ""  # what that is asked, if not its name
 
 
+_TOTAL = partial(Solver.energy, name="energy", letter="E")
+
 KINDS = {
-    _MOTION: Question("Derive the {equations} of motion in the {q}.", Solver.motion),
+    _MOTION: ExerciseKind("Derive the {equations} of motion in the {q}.", Solver.motion),
     **{
-        f"{_MOTION} by {name}": Question(
+        f"{_MOTION} by {name}": ExerciseKind(
             f"Derive the {{equations}} of motion in the {{q}} from {method.title}.",
             partial(Solver.motion_by, method=name),
             ask=_MOTION,
         )
         for name, method in METHODS.items()
     },
-    "acceleration": Question(
+    "acceleration": ExerciseKind(
         "Give the {accelerations} in the {q} and {rates}.",
         Solver.accelerations,
         ask=_MOTION,
     ),
-    "reaction": Question("Find the reactions in the joints, {what}.", Solver.reactions),
-    "driving force": Question(
+    "reaction": ExerciseKind("Find the reactions in the joints, {what}.", Solver.reactions),
+    "driving force": ExerciseKind(
         "Find {what} by the motion in the {q}, and what the motion obeys besides.",
         Solver.driving_force,
         ask=_MOTION,
     ),
-    "kinetic energy": Question(
-        "Write the kinetic energy T in the {q} and {rates}.", Solver.kinetic
+    "kinetic energy": ExerciseKind(
+        "Write the kinetic energy T in the {q} and {rates}.",
+        partial(Solver.energy, name="kinetic energy", letter="T"),
     ),
-    "potential energy": Question("Write the potential energy V in the {q}.", Solver.potential),
-    "Lagrangian": Question(
-        "Write Lagrange's function L = T − V in the {q} and {rates}.", Solver.lagrangian
+    "potential energy": ExerciseKind(
+        "Write the potential energy V in the {q}.",
+        partial(Solver.energy, name="potential energy", letter="V"),
     ),
-    "energy": Question("Write the energy E = T + V in the {q} and {rates}.", Solver.energy),
-    "conserved quantity": Question(
-        "Find a quantity that is constant in every motion, in the {q} and {rates}.", Solver.energy
+    "Lagrangian": ExerciseKind(
+        "Write Lagrange's function L = T − V in the {q} and {rates}.",
+        partial(Solver.energy, name="Lagrangian", letter="L"),
     ),
-    "conserved momentum": Question(
+    "energy": ExerciseKind(
+        "Write the energy E = T + V in the {q} and {rates}.",
+        _TOTAL,
+    ),
+    "conserved quantity": ExerciseKind(
+        "Find a quantity that is constant in every motion, in the {q} and {rates}.",
+        _TOTAL,
+    ),
+    "conserved momentum": ExerciseKind(
         "Which coordinate is cyclic? Write the momentum p that is conserved.",
         Solver.conserved_momentum,
         ask="conserved quantity",
     ),
-    "Jacobi's integral": Question(
+    "Jacobi's integral": ExerciseKind(
         "The energy is not conserved. Find the integral h of the motion in the {q} and {rates}.",
         Solver.jacobi,
         ask="conserved quantity",
     ),
-    "mass matrix": Question("Write the mass matrix M for the {q}{order}.", Solver.mass_matrix),
-    "momentum": Question(
+    "mass matrix": ExerciseKind("Write the mass matrix M for the {q}{order}.", Solver.mass_matrix),
+    "momentum": ExerciseKind(
         "Write the canonical momentum p of {what}.", Solver.momentum, " of {what}"
     ),
-    "Hamiltonian": Question(
+    "Hamiltonian": ExerciseKind(
         "Write Hamilton's function H in the {q} and the canonical {momenta} {what}.",
         Solver.hamiltonian,
     ),
-    "Hamilton's equations": Question(
+    "Hamilton's equations": ExerciseKind(
         "Write Hamilton's equations in the {q} and the canonical {momenta} {what}.",
         Solver.canonical,
     ),
-    "state space": Question(
+    "state space": ExerciseKind(
         "Write the equations of motion as equations of first order, with {what} for {rates}.",
         Solver.state_space,
     ),
-    "equilibrium": Question("Find all positions at rest.", Solver.equilibrium),
-    "equilibrium force": Question(
+    "equilibrium": ExerciseKind("Find all positions at rest.", Solver.equilibrium),
+    "equilibrium force": ExerciseKind(
         "Find {what} such that the mechanism rests at any position.", Solver.holding_force
     ),
-    "frequency": Question(
+    "frequency": ExerciseKind(
         "Find the natural angular {frequencies} of small motions about {what}{note}.",
         Solver.frequency,
     ),
-    "frequency in hertz": Question(
+    "frequency in hertz": ExerciseKind(
         "Find the natural {frequencies} f of small motions about {what} in Hz{note}.",
-        Solver.hertz,
+        partial(Solver.numbers, letter="f", unit="Hz", convert=lambda omega: omega / (2 * np.pi)),
         ask="frequency",
     ),
-    "period in seconds": Question(
+    "period in seconds": ExerciseKind(
         "Find the {periods} T of small motions about {what} in s{note}.",
-        Solver.seconds,
+        partial(Solver.numbers, letter="T", unit="s", convert=lambda omega: 2 * np.pi / omega),
         ask="frequency",
     ),
-    "period": Question("Find the period T of small oscillations about zero.", Solver.period),
-    "period from rest": Question(
+    "period": ExerciseKind("Find the period T of small oscillations about zero.", Solver.period),
+    "period from rest": ExerciseKind(
         "Find the period T of the motion that begins at rest at {what}.", Solver.period_from_rest
     ),
-    "undamped frequency": Question(
+    "undamped frequency": ExerciseKind(
         "Find the angular frequency omega of small oscillations about zero without the damping.",
         Solver.undamped_frequency,
     ),
-    "undamped period": Question(
+    "undamped period": ExerciseKind(
         "Find the period T of small oscillations about zero without the damping.",
         Solver.undamped_period,
         ask="undamped frequency",
     ),
-    "damped frequency": Question(
+    "damped frequency": ExerciseKind(
         "Find the angular frequency omega of the damped small oscillations about zero.",
         Solver.damped_frequency,
     ),
-    "damped period": Question(
+    "damped period": ExerciseKind(
         "Find the period T of the damped small oscillations about zero.",
         Solver.damped_period,
         ask="damped frequency",
     ),
-    "transfer function": Question(
+    "transfer function": ExerciseKind(
         "Find the transfer function G(s) of {what}, for small motions about zero.",
         Solver.transfer,
         " of {what}",

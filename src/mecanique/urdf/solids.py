@@ -61,6 +61,7 @@ def sum_masses(parts: Sequence[Mass]) -> Mass:
     inertia = np.zeros((3, 3))
     for part in parts:
         arm = part.center - center
+        # Steiner's theorem
         inertia += part.inertia + part.mass * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
     return Mass(total, center, inertia)
 

@@ -177,8 +177,8 @@ class EngineReading:
     def _say_without(self) -> str:
         names, rest = self.uncompared[:_MOST_LISTED], len(self.uncompared) - _MOST_LISTED
         listed = ", ".join(map(repr, names)) + (f" and {rest} more" if rest > 0 else "")
-        joints = "the joint" if len(self.uncompared) == 1 else "the joints"
-        return f"{self.engine}: without {joints} {listed} of several velocities, kept at rest"
+        noun = "joint" if len(self.uncompared) == 1 else "joints"
+        return f"{self.engine}: {noun} {listed} not compared (more than one velocity)"
 
 
 OURS = "mecanique"

@@ -276,6 +276,13 @@ def quaternion_stages(algebra: Algebra) -> list[Stage]:
         "quaternion p has the rate p' = p w / 2, a product of quaternions with the angular "
         "velocity w, and the rate of its position is its velocity in the axes of the world."
     )
+    for joint in algebra.mechanism.joints:
+        if (
+            joint.quaternion
+            and joint.linear_velocities
+            and joint.parent != algebra.mechanism.ground
+        ):
+            sentence += f" Both are relative to {joint.parent}, which carries {joint.child}."
     ring = algebra.ring
     results = tuple(Result(Left(f"{name}'"), ring.rates[ring.index(name)]) for name in free)
     return [Stage("Rates of the coordinates", sentence, results)]

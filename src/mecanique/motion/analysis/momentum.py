@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from mecanique.motion.compile.along import StateLaw
-from mecanique.motion.record.quadrature import integral
+from mecanique.motion.compile.along import MANY, StateLaw
+from mecanique.motion.record.quadrature import POINTS, integral
 from mecanique.motion.tolerances import NO_MOMENTUM, UNCHANGED
 from mecanique.motion.trajectory import stretches_of
 from mecanique.wording import Legible
@@ -35,8 +35,8 @@ _BALANCED = (
     ("angular momentum about the center of mass", "kg·m²/s"),
 )
 
-LENGTH = 70
-"""Steps in a stretch: with six states of each there are enough for a program to pay."""
+LENGTH = -(-MANY // POINTS)
+"""Steps in a stretch: with the states of each there are just enough for a program to pay."""
 
 
 def momentum_balances(motion: Trajectory, *, whole: bool = False) -> list[MomentumBalance]:
