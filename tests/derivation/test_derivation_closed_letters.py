@@ -209,15 +209,15 @@ def test_every_kind_of_loop_is_cut_open(kind: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "free", "line"),
+    ("name", "free", "count", "line"),
     [
-        ("governor", 2, "δs = 2 l s sin(theta1) sin(theta2) δπ2"),
-        ("snakeboard", 1, "δtheta = 2 sin(phi) δπ1"),
-        ("two_wheeled_cart", 3, "δleft = 4 b cos(roll) δπ2"),
+        ("governor", 2, "2", "δs = 2 l s sin(theta1) sin(theta2) δπ2"),
+        ("snakeboard", 1, "one", "δtheta = 2 sin(phi) δπ1"),
+        ("two_wheeled_cart", 3, "3", "δleft = 4 b cos(roll) δπ2"),
     ],
 )
 def test_rows_without_a_constant_entry_are_met_by_cramers_rule(
-    name: str, free: int, line: str
+    name: str, free: int, count: str, line: str
 ) -> None:
     """Redundant ones follow; what all parts of a displacement share is divided out."""
     equations = derive_system(name, "virtual_work")
@@ -227,5 +227,7 @@ def test_rows_without_a_constant_entry_are_met_by_cramers_rule(
         for tie in derivation.ties:
             slopes = tie.slopes(derivation.algebra.ring)
             assert along_displacement(displacement, slopes).vanishes()
-    assert line in map(str.strip, equations.text(steps=True).splitlines())
+    text = equations.text(steps=True)
+    assert line in map(str.strip, text.splitlines())
+    assert f"That leaves {count} of them independent" in " ".join(text.split())
     assert "give the same equations of motion" in agreement(textbook.load(name))

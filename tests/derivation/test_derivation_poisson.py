@@ -12,10 +12,19 @@ from derivation_law import cos, euler, exp, log, sin, sqrt, tan
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mecanique.derivation.scalars.cancel import divide_by_wave, divide_exactly, integrate, tidy
 from mecanique.derivation.scalars.elementary import over_length, root_of_square
 from mecanique.derivation.scalars.evaluation import Evaluation, Substitution, evaluate
 from mecanique.derivation.scalars.functions import function
-from mecanique.derivation.scalars.polynomials import REACH, exact, exponent, exponents, power
+from mecanique.derivation.scalars.polynomials import (
+    REACH,
+    Parts,
+    exact,
+    exponent,
+    exponents,
+    largest,
+    power,
+)
 from mecanique.derivation.scalars.series import Kind, Ring, Series
 from mecanique.errors import DerivationError, UnknownNameError
 
@@ -286,6 +295,52 @@ def test_overflowing_exponents_are_refused() -> None:
         turned * cos(Q1)
     with pytest.raises(DerivationError, match="expected integer multiples"):
         cos((REACH + 1) * Q1)
+
+
+@pytest.fixture
+def reaching(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let every series be asked for exponents beyond its reach, those on the way as well."""
+    plain = Series.__init__
+
+    def asked(self: Series, ring: Ring, parts: Parts, denominator: int, reach: int) -> None:
+        assert largest(parts) <= reach
+        plain(self, ring, parts, denominator, reach)
+
+    monkeypatch.setattr(Series, "__init__", asked)
+
+
+@pytest.mark.usefixtures("reaching")
+def test_no_exponent_is_beyond_the_reach_by_which_products_are_refused() -> None:
+    ring = Ring()
+    a, b, x = (ring.coordinate(name) for name in "abx")
+    h = ring.parameter("h")
+    waves = [f(k * a - n * b) for f in (sin, cos) for k, n in ((1, 2), (2, -1), (3, 0))]
+    root = sqrt(h**2 + x**2)
+    some = [*waves, x**3 * h, 2 / x**4, root, (x + h) / root**3, 1 / (h + x) ** 2, h * x + a]
+    for one in some:
+        for name in "abx":
+            one.diff(name).diff(name)
+        one.coefficients(["x"])
+        (one / root - 1 / (one + h)).vanishes()
+        tidy(ring.sum([one / root, root]) / (h + x))
+        integrate(one, "x")
+        for other in some:
+            one * other + other**2
+    for wave in waves:
+        ((key, (sign,)),) = ((trig, part.values()) for trig, part in wave.parts.items())
+        for other in (*waves, x**2 * cos(a) + h * sin(b)):
+            assert divide_by_wave(other * wave, key) == sign * other
+            assert divide_exactly(other * wave * x, wave * x) == other
+    assert not (x - 1 / root).vanishes()
+    both = ring.monomial(power(ring.index(h), 3) + power(ring.index(x), 2))
+    assert divide_exactly(both + h**3, x**2 + 1) == h**3
+    summed = cos(2 * a - 2 * b) + cos(2 * b)
+    assert divide_by_wave(summed, *cos(a - 2 * b).parts) == 2 * cos(a)
+    assert divide_exactly((x**3 - h) * (x + h) ** 2, (x + h) ** 2) == x**3 - h
+    assert root_of_square(cos(3 * a - b) ** 2) == cos(3 * a - b)
+    assert sqrt((x**3 - h) ** 2 * h**4) == h**2 * (h - x**3)
+    with pytest.raises(AssertionError):
+        Series(ring, (x**3).parts, 1, 2)
 
 
 def test_too_many_terms_are_refused() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from systems import derive_system
 
@@ -25,6 +27,16 @@ def test_both_wheels_of_a_cart_keep_the_axle_from_sliding() -> None:
     """Friction along the axle has parts along x and y of the plane, so that four are open."""
     shared = tuple(f"{side}_contact: {axis}" for side in ("left", "right") for axis in "xy")
     assert find_redundancy(mq.textbook.load("two_wheeled_cart")).shared == shared
+
+
+@pytest.mark.parametrize("scale", [1e-5, 1e-3, 1e5])
+@pytest.mark.parametrize("name", ["four_bar_linkage", "two_wheeled_cart"])
+def test_what_is_redundant_does_not_depend_on_the_unit_of_length(name: str, scale: float) -> None:
+    mechanism = mq.textbook.load(name)
+    parameters = tuple(
+        replace(p, value=p.value * scale) if p.unit == "m" else p for p in mechanism.parameters
+    )
+    assert find_redundancy(replace(mechanism, parameters=parameters)) == find_redundancy(mechanism)
 
 
 def test_a_folded_governor_is_no_reason_to_call_a_link_redundant() -> None:

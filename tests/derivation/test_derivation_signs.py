@@ -21,7 +21,7 @@ from mecanique.derivation.numeric.virtual_work import NumericVirtualWork
 from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.polynomials import REACH, exponent, exponents, power
-from mecanique.derivation.symbolic.cutting import normal_of
+from mecanique.derivation.symbolic.cutting import axes_of, normal_of
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.symbols import Algebra
@@ -31,11 +31,14 @@ from mecanique.model import (
     Coordinates,
     Fixed,
     Floating,
+    Gear,
     Joint,
+    JointForce,
     Mechanism,
     Parameter,
     Placement,
     Prismatic,
+    Rack,
     Revolute,
     Shape,
     Spherical,
@@ -44,6 +47,7 @@ from mecanique.model import (
     box,
     coordinate,
     disk,
+    particle,
 )
 from mecanique.model.states import States
 from mecanique.reference import Reference
@@ -156,6 +160,28 @@ def test_a_plane_of_motion_has_all_turns_along_its_normal_and_all_slides_across(
     assert (found is None) == (normal is None)
     if found is not None and normal is not None:
         np.testing.assert_allclose(found, normal, rtol=0, atol=1e-15)
+
+
+def test_axes_of_a_body_that_never_turns_are_the_worlds_unless_it_stands_turned() -> None:
+    """In space; in the plane all bodies share the axes of the world."""
+    bodies = (*(Body(name) for name in ("ground", "sled", "ramp")), Body("arm", ball(1.0, 0.1)))
+    joints = (
+        Prismatic("slide", "ground", "sled", axis=(1, 0, 0)),
+        Fixed("weld", "sled", "ramp", origin=Placement(rpy=(0, 0, np.pi / 2))),
+        Revolute("pin", "ramp", "arm", axis=(0, 1, 0)),
+    )
+    kinematics = Kinematics(Algebra(Mechanism("in space", bodies, joints)))
+    named = {body: axes_of(kinematics, body, None) for body in ("sled", "ramp", "arm")}
+    assert {body: axes.whose for body, axes in named.items()} == {
+        "sled": "the world",
+        "ramp": "ramp",
+        "arm": "arm",
+    }
+    assert named["sled"].sentence.startswith("x, y and z are the axes of the world; moments")
+    plane = axes_of(kinematics, "ramp", np.array([0.0, -1.0, 0.0]))
+    assert plane.sentence == (
+        "x and z are the axes of the world; forces are positive along them, moments about -y."
+    )
 
 
 def test_a_torque_on_the_ground_does_no_work() -> None:
@@ -338,3 +364,48 @@ def test_a_free_body_is_carried_by_a_slide(method: str) -> None:
     assert "x component of the velocity of dice relative to cart, in its own axes [m/s]" in text
     assert "z coordinate of dice relative to cart [m]" in text
     assert "in the axes of the world. Both are relative to cart, which carries dice." in text
+
+
+def test_a_length_is_positive_where_all_coordinates_are_zero() -> None:
+    """As a series √((a − b)²) is a − b or b − a, by the numbers of a and b."""
+    for a, b in ((0.3, 0.5), (0.5, 0.3)):
+        lengths = Parameter("a", a, "m"), Parameter("b", b, "m")
+        pendulum = textbook.load("rigid_bar_pendulum")
+        longer = replace(pendulum, parameters=(*pendulum.parameters, *lengths))
+        algebra = Algebra(longer)
+        apart = algebra.ring["a"] - algebra.ring["b"]
+        assert algebra.root(apart**2) == (apart if a > b else -apart)
+        assert algebra.at_rest(algebra.root(apart**2 * 4 + 0)) == pytest.approx(0.4, rel=1e-14)
+
+
+@pytest.mark.parametrize("scale", [1e-5, 1.0, 1e5])
+def test_forces_of_teeth_do_not_depend_on_the_unit_of_length(scale: float) -> None:
+    """Both driven shafts turn at 25 rad/s²: 2.5 N and 10 N across the radii, over cos 20°."""
+    r, R, far, about = 0.1 * scale, 0.2 * scale, Placement((scale, 0, 0)), (0, -1, 0)
+
+    def wheel(name: str, mass: float, radius: float) -> Body:
+        return Body(name, disk(mass, radius).at(rpy=(np.pi / 2, 0, 0)))
+
+    rail = Placement((scale, 0, -R))
+    mechanism = Mechanism(
+        "teeth",
+        (
+            *(Body("ground"), Body("rack", particle(2.0))),
+            *(wheel("a", 3.0, R), wheel("b", 1.0, r), wheel("pinion", 2.0, R)),
+        ),
+        (
+            Revolute("A", "ground", "a", axis=about),
+            Revolute("B", "ground", "b", axis=about, origin=Placement((r + R, 0, 0))),
+            Revolute("P", "ground", "pinion", axis=about, origin=far),
+            Prismatic("S", "ground", "rack", axis=(1, 0, 0), origin=rail),
+        ),
+        forces=(
+            JointForce("drive", "A", 2.0 * scale**2),
+            JointForce("other drive", "P", 3.0 * scale**2),
+        ),
+        coordinates=Coordinates((), {"B": -2 * coordinate("A"), "S": R * coordinate("P")}),
+        elements=(Gear("mesh", "A", "B", R, other_radius=r), Rack("teeth", "P", "S", R)),
+    )
+    forces = derive(mechanism, "newton_euler").guide_forces([0.3, 0.2])
+    along = {name: float(force) * np.cos(np.radians(20)) / scale for name, force in forces.items()}
+    assert along == pytest.approx({"mesh": 2.5, "teeth": 10.0}, rel=1e-12)

@@ -109,6 +109,44 @@ def test_teeth_touch_on_the_pitch_circles(offset: float) -> None:
     )
 
 
+@pytest.mark.parametrize("sides", [(1, 1), (1, -1), (-1, 1), (-1, -1)])
+def test_teeth_of_bevel_wheels_touch_where_their_pitch_circles_do(sides: tuple[int, int]) -> None:
+    """At p in the plane of both axes; they push across that plane, and apart across p."""
+    slant, angle = 1.1, 0.35
+    c, s = np.cos(slant), np.sin(slant)
+    x, y = sides[0] * SMALL, sides[1] * BIG
+    a, b = (y + c * x) / s, (x + c * y) / s
+    line, p = np.array([s, 0, c]), np.array([x, 0, a])
+    second = mq.Placement((b * s, 0, b * c))
+    bevel = mq.Gear("mesh", "A", "B", SMALL, other_radius=BIG, pressure_angle=angle)
+    mechanism = mq.Mechanism(
+        "bevel",
+        (mq.Body("ground"), mq.Body("a", mq.ball(1.0, SMALL)), mq.Body("b", mq.ball(2.0, BIG))),
+        (
+            mq.Revolute("A", "ground", "a", axis=(0, 0, 1), origin=mq.Placement((0, 0, a))),
+            mq.Revolute("B", "ground", "b", axis=(s, 0, c), origin=second),
+        ),
+        forces=(mq.JointForce("drive", "A", DRIVE),),
+        elements=(bevel,),
+        gravity=(0, 0, 0),
+    )
+    reference = mq.Reference(mechanism)
+    actions, total = reference.guide_actions([0.3]), dict.fromkeys("ab", np.zeros(3))
+    for action in actions:
+        np.testing.assert_allclose(action.point, p, rtol=0, atol=1e-15)
+        total[action.body] = total[action.body] + action.force
+    np.testing.assert_allclose(total["a"], -total["b"], rtol=0, atol=1e-13)
+    rate = reference.acceleration([0.3])[0]
+    spin = float(mechanism.coordinates.driven["B"].subs({"A": 1.0})) * rate
+    pushed = float(np.cross(p - b * line, total["b"]) @ line)
+    assert pushed == pytest.approx(0.4 * 2.0 * BIG**2 * spin, rel=1e-12)
+    assert total["b"] @ p == pytest.approx(0, abs=1e-14)
+    (force,) = reference.guide_forces([0.3]).values()
+    away = b * line - (b * line @ p) / (p @ p) * p
+    parting = total["b"] @ away / np.linalg.norm(away)
+    assert parting == pytest.approx(abs(force) * np.sin(angle), rel=1e-12)
+
+
 def test_forces_of_a_train_of_gears_belong_to_their_meshes() -> None:
     """Each moves the wheels behind it: F cos(angle) = a (sum of m)/2, a at the pitch circles."""
     radii, masses = (0.3, 0.1, 0.2, 0.15), (4.0, 1.0, 3.0, 2.0)

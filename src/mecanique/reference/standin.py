@@ -172,8 +172,8 @@ def log3(turn: Array) -> Array:
         return np.asarray(twice * (angle / (2 * sine)))
     if cosine > 0:
         return np.asarray(twice / 2)
-    # near half a turn the axis is the eigenvector of the symmetric part
-    symmetric = (turn + np.eye(3)) / 2
+    # near half a turn R + 1 is 2 n nᵀ, whose columns are along the axis n
+    symmetric = turn + np.eye(3)
     axis = symmetric[:, int(np.argmax(np.diag(symmetric)))]
     axis = axis / np.linalg.norm(axis)
     return np.asarray(angle * (axis if axis @ twice >= 0 else -axis))

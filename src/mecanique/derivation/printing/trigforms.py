@@ -233,7 +233,7 @@ def _list_forms(series: Series, products: bool) -> Iterator[Form]:
 
 def _list_single_angles(series: Series) -> Iterator[Form]:
     """Yield the series in single angles, with either sin² or cos² of each angle eliminated."""
-    angles = sorted({j for key in series.parts for j, _ in exponents(key >> 1)})
+    angles = series.turns()
     multiple = max(map(_count_turns, series.parts), default=0)
     if len(angles) > _ANGLES or len(series.parts) > _EXPANDED or not 2 <= multiple <= _MULTIPLE:
         return

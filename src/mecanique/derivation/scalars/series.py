@@ -176,7 +176,7 @@ class Series:
             series = todo.pop()
             direct = set(series._powers()) - indices
             indices |= direct
-            todo += [self.ring.angles[j].argument for j in series._turns()]
+            todo += [self.ring.angles[j].argument for j in series.turns()]
             todo += [self.ring.atoms[i].argument for i in direct if i in self.ring.atoms]
         return [self.ring.generators[i] for i in sorted(indices)]
 
@@ -290,7 +290,7 @@ class Series:
                 slopes = differentiate_powers(self.parts, i)
                 slope = canonical(self.ring, slopes, self.denominator, self.reach + 1)
                 parts.append(slope * rate)
-        for j in self._turns():
+        for j in self.turns():
             rate = self.ring.angles[j].argument._along(rates)
             if rate:
                 slopes = differentiate_angles(self.parts, j)
@@ -301,7 +301,8 @@ class Series:
     def _powers(self) -> list[int]:
         return generators_in((m for p in self.parts.values() for m in p), len(self.ring.generators))
 
-    def _turns(self) -> list[int]:
+    def turns(self) -> list[int]:
+        """Return the indices of the angles in its sines and cosines, in order."""
         return generators_in((trig >> 1 for trig in self.parts), len(self.ring.angles))
 
     def coefficients(self, generators: Sequence[str]) -> dict[tuple[int, ...], Series]:

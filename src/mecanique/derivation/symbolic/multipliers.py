@@ -160,8 +160,7 @@ def divide_common(column: Sequence[Series], *kinds: Kind) -> list[Series]:
 def divide_waves(column: Sequence[Series]) -> list[Series]:
     """Divide series by the sines and cosines of single angles that all of them contain."""
     divided = list(column)
-    packed = {trig >> 1 for entry in column for trig in entry.parts}
-    for index in sorted({index for K in packed for index, _ in exponents(K)}):
+    for index in sorted({index for entry in column for index in entry.turns()}):
         for wave in (2 * power(index), 2 * power(index) + 1):
             while any(divided):
                 less = [divide_by_wave(entry, wave) for entry in divided]

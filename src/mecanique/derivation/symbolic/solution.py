@@ -306,8 +306,7 @@ class _Solving:
 def _turn(name: str, x: Quotient, y: Quotient) -> Sequence[Equation]:
     """Return the components of a force in axes turned by an angle that halve its terms, if any."""
     ring = x.above.ring
-    waves = {trig >> 1 for part in (x.above, y.above) for trig in part.parts}
-    angles = {index for K in waves for index, _ in exponents(K)}
+    angles = {*x.above.turns(), *y.above.turns()}
     if not x.below == y.below == 1:
         return ()
     for angle, sense in product(sorted(angles), (1, -1)):
