@@ -637,3 +637,17 @@ def test_positions_are_as_far_apart_in_millimeters_as_in_kilometers(size: float)
     # far along alone, in lengths of the mechanism
     aside = first + np.array([0, 0, 3 * closed.closures.length])
     assert _distance(closed, first, aside, 0.0) == pytest.approx(3, rel=1e-9)
+
+
+@pytest.mark.parametrize("axis", [(0, 1, 0), (0, 0, 1)])
+def test_a_rod_whose_ends_meet_where_an_assembly_begins_is_drawn_out(
+    axis: tuple[int, int, int],
+) -> None:
+    """Two bars on one pin, half as far apart at their tips: 2 sin((b − a)/2) = ½."""
+    arm = (0.0, 0.0, -1.0) if axis[1] else (0.0, -1.0, 0.0)
+    bars = Body("one", rod(1.0, 1.0, arm)), Body("two", rod(1.0, 1.0, arm))
+    joints = Revolute("a", "ground", "one", axis=axis), Revolute("b", "ground", "two", axis=axis)
+    loop = Loop.distance("rod", "one", arm, "two", arm, 0.5)
+    mechanism = Mechanism("scissors", (Body("ground"), *bars), joints, loops=(loop,))
+    a, b = assemble(mechanism, [0.0, 0.0])
+    assert 2 * abs(np.sin((b - a) / 2)) == pytest.approx(0.5, rel=1e-12)

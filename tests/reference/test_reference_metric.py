@@ -271,5 +271,30 @@ def test_newton_within_a_tangent_space_lands_on_the_loops_and_says_where() -> No
     assert free.bend.shape == (0,)
 
 
+def test_newton_ends_where_steps_leave_more_of_a_small_gap_than_they_may() -> None:
+    """Steps that are two fifths of Newton's leave three fifths of a gap."""
+    mechanism = four_bars((1.0, 1.0))
+    closed, q, v = closed_of(mechanism), assembled(mechanism) + 1e-3, np.zeros(3)
+    metric = closed.measure(closed.closures.at(q, v, 0.0).jacobian)
+    gaps: list[float] = []
+
+    def short(J: np.ndarray, gap: np.ndarray) -> np.ndarray:
+        gaps.append(float(np.abs(gap).max()))
+        return 0.4 * least_squares(J, gap)
+
+    start = float(np.abs(metric.units.rows * closed.closures.at(q, v, 0.0).residual).max())
+    small = 0.6**4.5 * start
+    for near, stagnant, sweeps, steps in (
+        (np.inf, 0.5, 20, 1),
+        (small, 0.5, 20, 5),
+        (small, 0.7, 20, 20),
+        (np.inf, 0.7, 8, 8),
+    ):
+        gaps.clear()
+        newton(closed, q, v, 0.0, metric, short, near=near, stagnant=stagnant, sweeps=sweeps)
+        assert len(gaps) == steps
+        np.testing.assert_allclose(gaps[1:], 0.6 * np.array(gaps[:-1]), rtol=0.02, atol=0)
+
+
 def least_squares(J: np.ndarray, gaps: np.ndarray) -> np.ndarray:
     return np.asarray(np.linalg.lstsq(J, gaps, rcond=None)[0])

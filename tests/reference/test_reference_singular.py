@@ -16,6 +16,7 @@ from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.singular import (
     _FAR,
     _NEAR,
+    ClosedRhs,
     _distance,
     _find_way,
     _fits,
@@ -165,6 +166,19 @@ def test_a_joint_counts_by_its_velocities(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(most, 5)
     with pytest.raises(EngineError, match="has 6 joint velocities; Pinocchio is given at most 5"):
         load(flying)
+
+
+@pytest.mark.parametrize("angle", [0.75, 1.3])
+def test_no_distance_is_measured_again_within_half_the_way_to_where_slopes_are_blended(
+    chain: Closed, angle: float
+) -> None:
+    here, slope = state(chain, angle), ClosedRhs(chain)
+    slope(0.0, np.concatenate([here.q, here.v]))
+    # a way of FAR at most, however far the singular position is
+    reach = min(_distance(chain, _find_way(chain, here), here) - _FAR, _FAR) / 2
+    assert slope._regular.holds(here.q + 0.99 * reach * TURN)
+    assert slope._regular.holds(here.q - 0.99 * reach * TURN)
+    assert not slope._regular.holds(here.q + 1.01 * reach * TURN)
 
 
 def test_a_neighborhood_is_around_its_position() -> None:
