@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,9 +24,11 @@ from mecanique.model import (
 )
 from mecanique.motion import Motion, simulate
 from mecanique.motion.analysis.forces import Actions
+from mecanique.motion.compile.along import ASKED
 from mecanique.motion.record.events import Event
 from mecanique.reference import Reference
 from mecanique.reference.engine.load import EngineModel, load
+from mecanique.reference.loops import assembly
 
 PUBLISHED = {
     "beta": 15.81077119629904,
@@ -121,6 +124,31 @@ def test_loop_forces_are_there_along_the_motion(linkage: Motion) -> None:
     assert named == {"A", "B", "C", "D"}
     later = linkage.reactions("C", t=[1.0, 2.0])
     assert later.force.shape == (2, 3)
+
+
+@pytest.mark.parametrize("name", ["rolling_coin", "four_bar_linkage", "governor"])
+def test_many_states_are_closed_together_as_each_is_alone(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system = textbook.entry(name)
+    motion = simulate(textbook.load(name), q=system.start, v=system.start_velocity, duration=2.0)
+    t = np.linspace(0.0, 2.0, 501)
+    alone = [motion(float(at)) for at in t[::50]]
+    motion(t)  # writes the program
+    projections = 0
+
+    def count(*args: Any, **options: Any) -> tuple[np.ndarray, np.ndarray]:
+        nonlocal projections
+        projections += 1
+        return project(*args, **options)
+
+    project = assembly.project
+    monkeypatch.setattr(assembly, "project", count)
+    together = motion(t)
+    assert projections <= ASKED
+    np.testing.assert_allclose(together.q[::50], [state.q for state in alone], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(together.v[::50], [state.v for state in alone], rtol=0, atol=1e-9)
+    assert drift(motion, t) < 1e-13
 
 
 def test_the_squeezer_arrives_where_it_is_published_to() -> None:

@@ -16,7 +16,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.motion.compile.along import StateLaw, StateSums
 from mecanique.motion.record.curve import Curve, LaterCurve, State, Times
 from mecanique.motion.record.events import Event, ModeSpan, Occurrence, Switches, break_names
-from mecanique.motion.record.loops import ClosedLoops
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.tolerances import SERIES_ROUNDING
 from mecanique.wording import say_count
@@ -145,7 +144,7 @@ class Trajectory:
         state = self.curve(self.curve.admit(t))
         if not self.mechanism.constrained:
             return state
-        return ClosedLoops(self.reference, self.statistics.rtol).close_state(state)
+        return StateLaw(self.mechanism, self.reference).close(state)
 
     def poses(self, t: Times | None = None) -> np.ndarray:
         """Return the poses of all bodies in the world, in their order, shape (n, nb, 4, 4).
@@ -410,7 +409,7 @@ def look_along(motion: Trajectory) -> Trajectory:
     starts = curve.intervals[spread(len(curve.intervals), MOST_BETWEEN)]
     between = curve((curve.t[starts] + curve.t[starts + 1]) / 2)
     if motion.mechanism.constrained:
-        between = ClosedLoops(motion.reference, motion.statistics.rtol).close_state(between)
+        between = StateLaw(motion.mechanism, motion.reference).close(between)
     both = State(*map(np.concatenate, zip((steps.t, steps.q, steps.v), between, strict=True)))
     times, at = np.unique(both.t, return_index=True)
     return replace(steps, t=times, q=both.q[at], v=both.v[at])

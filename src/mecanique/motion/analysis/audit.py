@@ -15,7 +15,6 @@ from mecanique.motion.analysis.energies import balance_energy
 from mecanique.motion.analysis.extremes import find_maxima
 from mecanique.motion.compile.along import StateLaw, StateSums
 from mecanique.motion.record.curve import State
-from mecanique.motion.record.loops import ClosedLoops
 from mecanique.motion.simulation.watching import pressings
 from mecanique.motion.tolerances import BALANCED, SLACK_CORD
 from mecanique.motion.trajectory import Trajectory, look_along
@@ -193,7 +192,7 @@ def audit(motion: Trajectory, *, refine: bool = False, accuracy: float = 1e-6) -
             for some in [spread(len(m.t), MOST_ASKED)]
         )
         # a motion puts states on the loops when it is asked for them; samples are somebody's data
-        of_steps = ClosedLoops(motion.reference, motion.statistics.rtol).close_state(of_steps)
+        of_steps = StateLaw(motion.mechanism, motion.reference).close(of_steps)
         t, q, v = map(np.concatenate, zip(of_steps.arrays, of_samples.arrays, strict=True))
         drift = motion.reference.drift(q, v, t)
         speed = 1.0 + float(np.abs(seen.v).max(initial=0.0))

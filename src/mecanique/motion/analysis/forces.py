@@ -17,6 +17,7 @@ from mecanique.model.expression import Scalar, Vector
 from mecanique.model.force_base import ForceKind
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.description import bodies_with_inertia, bodies_with_mass
+from mecanique.motion.compile.along import StateLaw
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
@@ -83,8 +84,11 @@ class Actions:
         if self._mechanism.velocity_constraints:
             return
         poses = self._reference.poses(q, t)
-        wrenches = self._reference.totals(q, v, t, elements=False)
         guided = self._reference.guided
+        if guided or self._mechanism.elements:
+            wrenches = self._reference.totals(q, v, t, elements=False)
+        else:
+            wrenches = StateLaw(self._mechanism, self._reference).reactions(t, q, v)
         seats = [
             (joint.child, joint.parent, self._origin(poses, joint.child))
             for joint in self._mechanism.joints

@@ -15,14 +15,17 @@ from typing import TYPE_CHECKING, TypeAlias, final
 import numpy as np
 
 from mecanique.arrays import Array, spread
-from mecanique.generation.dop853 import NEAREST, PROBE
+from mecanique.generation.dop853 import CLOSED, NEAREST, PROBE
 from mecanique.model.constraints.elements import force_names
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import velocity_scales
 from mecanique.model.states import States
 from mecanique.motion.compile.cache import compile_once
+from mecanique.motion.compile.closed import land
 from mecanique.motion.compile.program import RatesProgram
 from mecanique.motion.compile.python import Batched, vectorize
+from mecanique.motion.record.curve import State
+from mecanique.motion.record.rates import Rates
 from mecanique.motion.tolerances import ACCELERATIONS, IDLE, SUMS
 
 if TYPE_CHECKING:
@@ -164,6 +167,55 @@ class StateLaw:
             name: replace(wrench, force=forces[:, k, 0], moment=forces[:, k, 1], places=places)
             for k, (name, wrench) in enumerate(some.items())
         }
+
+    def close(self, state: State) -> State:
+        """Return a state, or states over time, with the loops closed to rounding."""
+        from mecanique.reference.loops.assembly import project
+
+        closed = self.reference.closed
+        assert closed is not None, "the mechanism is constrained"
+
+        def ask(at: np.ndarray, q: Array, v: Array) -> Array:
+            states = zip(q[at], v[at], t[at].tolist(), strict=True)
+            rows = [project(closed, *state, drifted=True) for state in states]
+            return np.array([np.concatenate(row) for row in rows])
+
+        t, q, v = np.atleast_1d(state.t), np.atleast_2d(state.q), np.atleast_2d(state.v)
+        near_q, near_v, landed = self._land(t, q, v)
+        asked = spread(len(t), ASKED)
+        asked = asked[landed[asked]]
+        if len(asked):
+            most = CLOSED * max(1.0, float(np.abs(near_q).max()))
+            again = ask(asked, near_q, near_v)[:, : self.mechanism.nq]
+            landed &= _agrees(near_q[asked], again, most)
+        if not landed.all():
+            left = np.flatnonzero(~landed)
+            near_q[left], near_v[left] = np.hsplit(ask(left, q, v), [self.mechanism.nq])
+        return (
+            State(state.t, near_q, near_v)
+            if np.ndim(state.t)
+            else State(state.t, near_q[0], near_v[0])
+        )
+
+    def _land(self, t: Array, q: Array, v: Array) -> tuple[Array, Array, np.ndarray]:
+        """Return the states on the loops near some, by a program; whether it did it, shape (n,)."""
+        q, v, closed = q.copy(), v.copy(), np.zeros(len(t), dtype=bool)
+        program = self._program(len(t), "")
+        if program is None or program.landing is None:
+            return q, v, closed
+        changes = program.landing.changes
+        with np.errstate(all="ignore"):
+            rates = self._compute(program, program.rates, t, q, v)
+            some = np.flatnonzero(self._is_regular(program, rates, t, q, v))
+
+            def change(at: np.ndarray, q: Array, v: Array) -> Array:
+                return self._compute(program, changes, t[some[at]], q, v)
+
+            normal = Rates.of(self.mechanism).normalize(q[some])
+            there_q, there_v, landed = land(change, normal, v[some])
+        there = some[landed]
+        q[there], v[there], closed[there] = there_q[landed], there_v[landed], True
+        return q, v, closed
 
     def _poses(self, q: Array, t: Array) -> dict[str, Array]:
         names = [body.name for body in self.mechanism.bodies]

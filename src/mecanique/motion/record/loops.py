@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple, final
 import numpy as np
 
 from mecanique.model.values import Given
-from mecanique.motion.record.curve import State
 from mecanique.motion.tolerances import OFF_LOOPS, ON_LOOPS, REPORTED
 
 if TYPE_CHECKING:
@@ -117,9 +116,3 @@ class ClosedLoops:
         states = zip(t.tolist(), np.hstack([q, v]), strict=True)
         closed = np.array([self.close(*state) for state in states])
         return closed[:, : self._nq], closed[:, self._nq :]
-
-    def close_state(self, state: State) -> State:
-        """Return a state, or states over time, with the loops closed to rounding."""
-        times = np.atleast_1d(state.t)
-        q, v = self.close_all(times, np.atleast_2d(state.q), np.atleast_2d(state.v))
-        return State(state.t, q, v) if np.ndim(state.t) else State(state.t, q[0], v[0])
