@@ -17,7 +17,6 @@ from mecanique.formats.scope import (
     SCOPES,
     Form,
     leave_tendons_out,
-    lifted_share,
     list_lengths,
     list_losses,
     list_omissions,
@@ -26,8 +25,7 @@ from mecanique.formats.scope import (
 from mecanique.formats.sdf import read_sdf
 from mecanique.formats.sdf_write import name_in_sdf, write_sdf
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.force_base import AnyForce
-from mecanique.model.forces import JointDamper, Spring
+from mecanique.model.forces import Spring
 from mecanique.model.joint_base import Elementary, Limits, Single
 from mecanique.model.joints import Floating, Joint
 from mecanique.model.mechanism import Mechanism
@@ -36,7 +34,7 @@ from mecanique.reference import Reference
 from mecanique.urdf.dialect import UNBOUNDED
 from mecanique.urdf.read import read_urdf
 from mecanique.urdf.write import axial_steps, chains, law_of_follower, write_urdf
-from mecanique.verification.engines import read_text_by
+from mecanique.verification.engines import passive_forces, read_text_by
 from mecanique.verification.verdict import EngineReading
 from mecanique.wording import Legible, say_count
 
@@ -175,25 +173,12 @@ def convert(
         read_again = replace(result, loops=())
         by_engines = write_sdf(replace(mechanism, loops=()))
     bare = replace(read_again, switching=())
-    readings = read_text_by(
-        bare, by_engines, installed, seed, states, _passive_forces(result, form)
-    )
+    readings = read_text_by(bare, by_engines, installed, seed, states, passive_forces(result, form))
     unstated = list_omissions(mechanism, form)
     if welded:
         named = say_count(welded, "joint")
         unstated += (f"the constant coordinates of {named}: welds in their place",)
     return Conversion(form, text, (*lost, *unstated), worst, states, readings)
-
-
-def _passive_forces(result: Mechanism, form: Form) -> tuple[AnyForce, ...]:
-    """Return the springs and dampers that a format's engines compute."""
-    kinds = (JointDamper,) if form == "URDF" else SCOPES[form].forces
-    lifts = form == "MJCF"
-    return tuple(
-        force
-        for force in result.forces
-        if isinstance(force, kinds) or (lifts and lifted_share(result, force) is not None)
-    )
 
 
 def _without_rotors(mechanism: Mechanism) -> Mechanism:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -17,6 +17,7 @@ from mecanique.verification.engines import ENGINES, read_by
 from mecanique.verification.verdict import OURS, EngineReading, dissenters_among
 
 Change = Callable[[list[float]], list[float]]
+Root = Literal["fixed", "floating"]
 
 
 def _scaled(factor: float) -> Change:
@@ -62,7 +63,7 @@ def alter(text: str, fault: str, random: np.random.Generator) -> str | None:
 
 
 @contextmanager
-def misread(culprit: str, right: str, wrong: str) -> Iterator[mq.Mechanism]:
+def misread(culprit: str, right: str, wrong: str, root: Root) -> Iterator[mq.Mechanism]:
     """Let one source read a text wrongly, and give the mechanism whose readings are compared."""
 
     def reader(name: str) -> Any:
@@ -72,11 +73,17 @@ def misread(culprit: str, right: str, wrong: str) -> Iterator[mq.Mechanism]:
     with pytest.MonkeyPatch.context() as patch:
         for name, engine in ENGINES.items():
             patch.setitem(ENGINES, name, replace(engine, read=reader(name)))
-        yield mq.read_urdf(wrong if culprit == OURS else right)
+        text = wrong if culprit == OURS else right
+        yield mq.read_urdf(text, root=root) if "<robot" in text else mq.read(text)
 
 
 def blame(
-    culprit: str, first: int, fault: str, engines: Sequence[str], seed: int
+    culprit: str,
+    first: int,
+    fault: str,
+    engines: Sequence[str],
+    seed: int,
+    root: Root = "fixed",
 ) -> tuple[str, tuple[str, ...], tuple[EngineReading, ...]]:
     """Return a robot, who is blamed for a fault in it, and the readings.
 
@@ -89,13 +96,14 @@ def blame(
         wrong = alter(right, fault, random)
         if wrong is None:
             continue
-        with misread(culprit, right, wrong) as mechanism:
+        with misread(culprit, right, wrong, root) as mechanism:
             readings = read_by(mechanism, engines, seed)
         if any(reading.differs for reading in readings):
             break
-    titles = {r.engine: name for r in readings for name in engines if _is(r, name)}
-    return robot, tuple(titles.get(name, name) for name in dissenters_among(readings)), readings
+    return robot, name_dissenters(readings), readings
 
 
-def _is(reading: EngineReading, name: str) -> bool:
-    return reading.engine.startswith(ENGINES[name].title)
+def name_dissenters(readings: Sequence[EngineReading]) -> tuple[str, ...]:
+    """Return the names by which the sources that stand alone are asked."""
+    names = {engine.title: name for name, engine in ENGINES.items()}
+    return tuple(names.get(who.split()[0], who) for who in dissenters_among(readings))

@@ -6,16 +6,17 @@ import json
 import re
 import subprocess
 from dataclasses import replace
+from typing import Literal
 
 import pytest
-from reading_faults import blame
+from reading_faults import blame, misread, name_dissenters
 
 import mecanique as mq
 from mecanique.reference.originals import drake, exudyn
 from mecanique.urdf import read_urdf
 from mecanique.verification import engines
 from mecanique.verification.engines import read_by
-from mecanique.verification.verdict import EngineReading
+from mecanique.verification.verdict import OURS, EngineReading
 
 ARM = """<robot name="r">
 <link name="base"/>
@@ -154,7 +155,7 @@ def test_a_robot_without_joints_of_one_coordinate_is_read_from_drake(
     """Its matrices have no entries, from which no number of states follows."""
     nothing: list[list[float]] = [[], []]
     numbers = {"mass": nothing, "bias": nothing, "passive": nothing}
-    answer = json.dumps({"joints": [], **numbers, "complaints": []})
+    answer = json.dumps({"joints": [], **numbers, "complaints": [], "others": []})
     done = subprocess.CompletedProcess([], 0, answer, "")
     monkeypatch.setattr(subprocess, "run", lambda *_, **__: done)
     original = drake.read(b"<robot/>", (0.0, 0.0, -9.81), {}, {})
@@ -163,17 +164,22 @@ def test_a_robot_without_joints_of_one_coordinate_is_read_from_drake(
 
 @pytest.mark.engine
 @pytest.mark.parametrize(
-    ("fault", "culprit"),
+    ("fault", "culprit", "root"),
     [
-        ("mass in grams", "mecanique"),
-        ("place mirrored", "pinocchio"),
-        ("axis turned", "mujoco"),
-        ("moment doubled", "pinocchio"),
+        ("mass in grams", "mecanique", "fixed"),
+        ("place mirrored", "pinocchio", "fixed"),
+        ("axis turned", "mujoco", "fixed"),
+        ("moment doubled", "pinocchio", "fixed"),
+        ("mass of another link", "mecanique", "floating"),
+        ("moment lost", "mujoco", "floating"),
+        ("angles in degrees", "pinocchio", "floating"),
     ],
 )
-def test_of_three_sources_the_one_that_misreads_is_named(fault: str, culprit: str) -> None:
+def test_of_three_sources_the_one_that_misreads_is_named(
+    fault: str, culprit: str, root: Literal["fixed", "floating"]
+) -> None:
     pytest.importorskip("mujoco")
-    _, blamed, readings = blame(culprit, 0, fault, ("pinocchio", "mujoco"), seed=3)
+    _, blamed, readings = blame(culprit, 0, fault, ("pinocchio", "mujoco"), 3, root)
     assert blamed == (culprit,)
     right = [r for r in readings if not r.engine.lower().startswith(culprit)]
     assert all(r.alike for r in right)
@@ -193,10 +199,10 @@ def test_the_verdict_names_who_stands_alone() -> None:
 def test_exudyn_builds_the_robot_of_the_file() -> None:
     pytest.importorskip("exudyn")
     assert reading(ARM, "exudyn").worst < 1e-12  # type: ignore[operator]
-    found = reading(
-        ARM.replace('"continuous"', '"floating"').replace('<mimic joint="j"/>', ""), "exudyn"
-    )
-    assert found.refused == "its trees have no joint of type 'floating'"
+    several = ARM.replace('<mimic joint="j"/>', "")
+    assert reading(several.replace('"continuous"', '"floating"'), "exudyn").alike == (OURS,)
+    found = reading(several.replace('"continuous"', '"planar"'), "exudyn")
+    assert found.refused == "its trees have no joint of type 'planar'"
 
 
 @pytest.mark.parametrize(
@@ -275,13 +281,109 @@ def test_drake_knows_joints_by_models_in_models() -> None:
     assert not found.differs
 
 
-def test_joints_that_engines_are_not_asked_about_are_named() -> None:
+LINK = """<link name="{}"><inertial><origin xyz="0.1 0 0.2" rpy="0.1 0.2 0.3"/><mass value="2"/>
+<inertia ixx="0.02" iyy="0.03" izz="0.04" ixy="0" ixz="0.01" iyz="0"/></inertial></link>"""
+_PAIR = """<robot name="r">{}{}<joint name="j" type="TYPE"><parent link="a"/><child link="b"/>
+<origin xyz="0 0.1 1" rpy="0.3 0 0.2"/><axis xyz="AXIS"/></joint></robot>""".format(
+    *map(LINK.format, "ab")
+)
+MOVING = """<mujoco model="m"><worldbody>
+<body name="b" pos="1 2 3" euler="30 0 0"><freejoint name="f"/>
+<geom type="box" size=".1 .2 .3" pos="0.1 0 0"/>
+<body name="c" pos="0 0 1" euler="0 20 0"><joint name="s" type="ball" pos="0.1 0 0" damping="0.2"/>
+<geom size=".1" pos="0.3 0 0"/></body></body>
+<body name="d"><freejoint/><geom type="box" size=".1 .2 .3" pos="0 0.1 0"/></body>
+</worldbody></mujoco>"""
+JOINTED = """<sdf version="1.9"><model name="m"><link name="a">MASS</link>
+<link name="b"><pose>1 0 0 0.2 0.3 0</pose>MASS</link><link name="c">MASS</link>
+<joint name="u" type="universal"><parent>a</parent><child>b</child><pose>0 0 1 0.3 0 0</pose>
+<axis><xyz>1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz></axis2></joint>
+<joint name="s" type="ball"><parent>b</parent><child>c</child><pose>0 0 1 0.3 0 0</pose></joint>
+</model></sdf>""".replace("MASS", "<inertial><pose>0.1 0 0.2 0 0 0</pose><mass>2</mass></inertial>")
+
+
+def pair(
+    kind: str, axis: str = "0 0.6 0.8", root: Literal["fixed", "floating"] = "fixed"
+) -> mq.Mechanism:
+    return read_urdf(_PAIR.replace("TYPE", kind).replace("AXIS", axis), root=root)
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "names"),
+    [
+        (pair("floating"), ("pinocchio", "mujoco", "drake", "exudyn")),
+        (
+            pair("continuous", root="floating"),
+            ("pinocchio", "mujoco", "drake", "exudyn"),
+        ),
+        (
+            pair("planar", "0 0 1"),
+            ("pinocchio", "mujoco", "drake"),
+        ),
+        (pair("planar"), ("mujoco", "drake")),
+        (mq.read(MOVING), ("mujoco", "drake")),
+        (mq.read(JOINTED), ("drake",)),
+    ],
+    ids=["floating", "free root", "planar", "slanted plane", "MJCF", "SDF"],
+)
+def test_joints_with_several_velocities_are_compared(
+    mechanism: mq.Mechanism, names: tuple[str, ...]
+) -> None:
+    for found in read_by(mechanism, names, 0):
+        if not found.missing:
+            assert found.worst is not None
+            assert found.worst < 1e-12, found
+
+
+@pytest.mark.engine
+def test_joints_that_engines_read_otherwise_are_named() -> None:
+    """Pinocchio takes every plane for that of x and y, and loses free bodies after the first."""
+    (slanted,) = read_by(pair("planar"), ("pinocchio",), 0)
+    assert slanted.differs
+    assert any("line 3: joint 'j': the normal of its plane is" in said for said in slanted.remarks)
+    (lost,) = read_by(mq.read(MOVING), ("pinocchio",), 0)
+    assert lost.remarks[0].endswith("has no joint 'd_free'")
+
+
+def test_passive_forces_are_compared() -> None:
     pytest.importorskip("mujoco")
-    hinge = '<body><joint name="h" axis="0 1 0"/><geom size="0.1" pos="0 0 0.3"/></body>'
-    free = f'<body><freejoint name="root"/><geom size="0.2"/>{hinge}</body>'
-    text = f"<mujoco><worldbody>{free}</worldbody></mujoco>"
-    (found,) = read_by(mq.read(text), ("mujoco",), 0)
-    assert found.uncompared == ("root",)
-    assert not found.differs
-    (said,) = found.sentences()
-    assert said.endswith(": joint 'root' not compared (more than one velocity)")
+    read = engines.ENGINES["mujoco"].read
+    damped = MOVING.replace('damping="0.2"', 'damping="0.3"').encode()
+    other = replace(engines.ENGINES["mujoco"], read=lambda _, *given: read(damped, *given))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(engines.ENGINES, "mujoco", other)
+        (found,) = read_by(mq.read(MOVING), ("mujoco",), 0)
+    assert found.differs
+
+
+def test_a_joint_that_an_engine_has_more_is_named() -> None:
+    pytest.importorskip("mujoco")
+    more = MOVING.replace(
+        "</worldbody>", '<body><freejoint name="n"/><geom size="1"/></body></worldbody>'
+    )
+    read = engines.ENGINES["mujoco"].read
+    other = replace(engines.ENGINES["mujoco"], read=lambda _, *given: read(more.encode(), *given))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(engines.ENGINES, "mujoco", other)
+        (found,) = read_by(mq.read(MOVING), ("mujoco",), 0)
+    assert found.remarks[0].endswith("has a joint 'n' more")
+
+
+@pytest.mark.parametrize("culprit", ["mecanique", "mujoco", "drake"])
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('size=".1 .2 .3" pos="0.1 0 0"', 'size=".1 .2 .3" pos="0 0.1 0"'),
+        ('euler="0 20 0"', 'euler="20 0 0"'),
+        ('damping="0.2"', 'damping="0.02"'),
+        ('size=".1 .2 .3" pos="0 0.1 0"', 'size=".1 .3 .2" pos="0 0.1 0"'),
+    ],
+)
+def test_who_misreads_bodies_that_move_freely_is_named(old: str, new: str, culprit: str) -> None:
+    pytest.importorskip("mujoco")
+    pytest.importorskip("pydrake")
+    wrong = MOVING.replace(old, new)
+    assert wrong != MOVING
+    with misread(culprit, MOVING, wrong, "fixed") as mechanism:
+        readings = read_by(mechanism, ("mujoco", "drake"), 0)
+    assert name_dissenters(readings) == (culprit,)

@@ -53,6 +53,7 @@ class Scope:
     suffixes: tuple[str, ...]  # of its files
     engines: tuple[str, ...]  # that read it by their own parsers
     forces: tuple[type[AnyForce], ...]
+    passive: tuple[type[AnyForce], ...] | None  # that its engines compute; None for all it states
     loops: frozenset[str] | None  # kinds; None for all
     degree: int  # of the polynomials by which a joint may follow another
     joints: tuple[type[Joint], ...]  # that move and are not among its own or chains of them
@@ -69,10 +70,11 @@ SCOPES: Mapping[Form, Scope] = {
             (".urdf",),
             ("pinocchio", "mujoco"),
             (Spring, Damper, JointSpring, JointDamper),
-            None,
-            1,
-            (),
-            "none",
+            (JointDamper,),
+            loops=None,
+            degree=1,
+            joints=(),
+            lifts="none",
             dialect=True,
         ),
         Scope(
@@ -80,20 +82,22 @@ SCOPES: Mapping[Form, Scope] = {
             (".xml", ".mjcf"),
             ("mujoco",),
             (Spring, Damper, JointSpring, JointDamper),
-            frozenset({"ball", "weld"}),
-            4,
-            (),
-            "any",
+            None,
+            loops=frozenset({"ball", "weld"}),
+            degree=4,
+            joints=(),
+            lifts="any",
         ),
         Scope(
             "SDF",
             (".sdf",),
             ("drake",),
             (JointSpring, JointDamper),
-            frozenset({"ball", "weld", "hinge"}),
-            1,
-            (Planar,),
-            "whole",
+            (JointSpring, JointDamper),
+            loops=frozenset({"ball", "weld", "hinge"}),
+            degree=1,
+            joints=(Planar,),
+            lifts="whole",
             closed=True,
         ),
     )

@@ -1,10 +1,9 @@
 """Read the original file with engines, so that a fault in it does not escape.
 
 Pinocchio gets a mechanism as the text that mecanique writes anew. Here each engine reads the
-original with its own parser, and its mass matrix and bias are compared with those of the tree that
-mecanique reads: its root fixed, every joint with one coordinate free, also those that mimic, and
-joints with several velocities, such as balls, at rest and named.
-The engines are compared with one another, too, so that of several one that stands alone is named.
+original with its own parser, and its mass matrix, bias and passive forces are compared with those
+of the tree that mecanique reads: every joint free, also those that mimic. The engines are compared
+with one another, too, so that of several one that stands alone is named.
 """
 
 from __future__ import annotations
@@ -22,10 +21,10 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import EngineError, UnknownNameError
 from mecanique.formats.read import read
-from mecanique.formats.scope import list_lengths
+from mecanique.formats.scope import SCOPES, list_lengths
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.force_base import AnyForce
-from mecanique.model.joint_base import Single
+from mecanique.model.joints import Fixed, Floating, Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Finding, Origin
 from mecanique.plugins import list_plugins, load_plugin
@@ -75,9 +74,17 @@ def read_by(mechanism: Mechanism, engines: Sequence[str], seed: int) -> tuple[En
     chosen, origin = _choose(engines), mechanism.origin
     if origin is None:
         return ()
-    x, y, z = mechanism.evaluate_all(mechanism.gravity)
-    tree = _open_tree(origin, (x, y, z))
-    return _compare_all(tree, origin, chosen, seed)
+    whole = _read_again(mechanism, origin)
+    passive = passive_forces(whole, origin.form)
+    if origin.form == "URDF" and len(passive) < len(whole.forces):
+        return _compare_all(_strip(whole), origin, chosen, seed)  # with tags of one engine
+    return _compare_all(_strip(whole), origin, chosen, seed, passive=passive)
+
+
+def passive_forces(mechanism: Mechanism, form: str) -> tuple[AnyForce, ...]:
+    """Return the springs, dampers and the like that a format's engines compute."""
+    (kinds,) = (scope.passive for scope in SCOPES.values() if scope.form == form)
+    return tuple(f for f in mechanism.forces if kinds is None or isinstance(f, kinds))
 
 
 def read_text_by(
@@ -98,9 +105,8 @@ def read_text_by(
         states: number of them.
         passive: the springs and dampers that engines compute, if they compute any.
     """
-    tree, origin = _strip(mechanism), Origin(None, text.encode())
-    loaded = replace(tree, forces=tuple(passive))
-    return _compare_all(tree, origin, _choose(engines), seed, states, loaded)
+    origin = Origin(None, text.encode())
+    return _compare_all(_strip(mechanism), origin, _choose(engines), seed, states, passive)
 
 
 def _choose(engines: Sequence[str]) -> list[Engine]:
@@ -117,15 +123,19 @@ def engine_of(name: str) -> Engine:
     raise UnknownNameError("engine", name, [*ENGINES, *list_plugins("engines")])
 
 
-def _open_tree(origin: Origin, gravity: tuple[float, float, float]) -> Mechanism:
-    """Return the bare tree of a file: no forces, loops or mimic joints.
+def _read_again(mechanism: Mechanism, origin: Origin) -> Mechanism:
+    """Return what the file of a mechanism says, with its gravity and root.
 
     Of a URDF, whose rotors stand in tags of one engine, it has none.
     """
     text = origin.text.decode("utf-8-sig", "replace")
-    if origin.form == "URDF":
-        return _strip(read_urdf(text, gravity=gravity, armature=0.0))
-    return _strip(replace(read(origin.file or text), gravity=gravity))
+    x, y, z = mechanism.evaluate_all(mechanism.gravity)
+    if origin.form != "URDF":
+        return replace(read(origin.file or text), gravity=(x, y, z))
+    whole = read_urdf(text, gravity=(x, y, z), armature=0.0)
+    if whole.ground == mechanism.ground:
+        return whole
+    return read_urdf(text, gravity=(x, y, z), armature=0.0, root="floating")
 
 
 def _strip(mechanism: Mechanism) -> Mechanism:
@@ -142,14 +152,18 @@ def _compare_all(
     engines: Sequence[Engine],
     seed: int,
     states: int = _STATES,
-    loaded: Mechanism | None = None,
+    passive: Sequence[AnyForce] | None = None,
 ) -> tuple[EngineReading, ...]:
     """Compare what engines read with what mecanique read, and with one another."""
-    singles = (joint for joint in tree.joints if isinstance(joint, Single))
-    ours = {j.name: j for j in singles if j.name not in tree.coordinates.driven}
+    moving = (j for j in tree.joints if j.nv and j.name not in tree.coordinates.driven)
+    ours = {joint.name: joint for joint in moving}
     random = np.random.default_rng(seed)
-    q = {name: random.uniform(-1.0, 1.0, states).tolist() for name in ours}
-    v = {name: random.uniform(-1.0, 1.0, states).tolist() for name in ours}
+    q = {name: _draw_place(tree, joint, states, random) for name, joint in ours.items()}
+    v = {
+        name: random.uniform(-1.0, 1.0, (states, len(_rates(tree, joint))))
+        for name, joint in ours.items()
+    }
+    loaded = None if passive is None else replace(tree, forces=tuple(passive))
     asked = _Asked(tree, loaded, origin, ours, q, v)
     readings: list[EngineReading] = []
     answers: dict[str, Original] = {}
@@ -164,11 +178,26 @@ def _compare_all(
             alike = [
                 name
                 for name, other in answers.items()
-                if name != reading.engine and _read_alike(original, other)
+                if name != reading.engine and asked.alike(original, other)
             ]
             alike += [] if reading.differs else [OURS]
             readings[k] = replace(reading, alike=tuple(alike))
     return tuple(readings)
+
+
+def _rates(tree: Mechanism, joint: Joint) -> list[str]:
+    """Names of a joint's velocities that follow no others, as a screw's travel does."""
+    return [rate for rate in joint.velocities if rate in tree.velocities]
+
+
+def _draw_place(tree: Mechanism, joint: Joint, states: int, random: np.random.Generator) -> Array:
+    """Return random coordinates of a joint, shape (states, nq), its quaternion of length 1."""
+    free = sum(coordinate in tree.coordinates for coordinate in joint.coordinates)
+    place = random.uniform(-1.0, 1.0, (states, free))
+    if joint.quaternion:
+        turn = random.normal(size=(states, 4))
+        place[:, -4:] = turn / np.linalg.norm(turn, axis=1, keepdims=True)
+    return place
 
 
 @final
@@ -179,21 +208,75 @@ class _Asked:
     tree: Mechanism
     loaded: Mechanism | None  # with springs and dampers
     origin: Origin
-    ours: Mapping[str, Single]
-    q: ByJoint
-    v: ByJoint
+    ours: Mapping[str, Joint]
+    q: Mapping[str, Array]
+    v: Mapping[str, Array]
+
+    def of_engines(self) -> tuple[ByJoint, ByJoint]:
+        """Positions and velocities as engines are asked: free bodies are placed in the world."""
+        placed = dict(self.q)
+        for name, joint in self.ours.items():
+            if isinstance(joint, Floating):
+                placed[name] = _in_world(self.tree, joint, self.q[name])
+        return _as_lists(placed), _as_lists(self.v)
+
+    def select(self, original: Original, names: Sequence[str]) -> tuple[Array, Array, Array | None]:
+        """Mass matrix, bias and passive forces of an engine in some joints, in that order."""
+        widths = [self.v[name].shape[1] if name in self.v else 1 for name in original.joints]
+        starts = dict(zip(original.joints, np.cumsum([0, *widths]).tolist(), strict=False))
+        at = [starts[name] + k for name in names for k in range(self.v[name].shape[1])]
+        passive = None if original.passive is None else original.passive[:, at]
+        return original.mass[:, at][:, :, at], original.bias[:, at], passive
+
+    def alike(self, a: Original, b: Original) -> bool:
+        """Whether two engines read the same."""
+        if {*a.joints} != {*b.joints}:
+            return False
+        names = [name for name in a.joints if name in self.ours]
+        mass, bias, held = self.select(a, names)
+        other_mass, other_bias, other_held = self.select(b, names)
+        if self.loaded is not None and held is not None and other_held is not None:
+            bias, other_bias = bias - held, other_bias - other_held
+        pairs = [("mass matrix", mass, other_mass), ("bias", bias, other_bias)]
+        return _difference(pairs, mass) <= READ_ALIKE
+
+    def answers(self, names: Sequence[str], *, loaded: bool) -> tuple[Array, Array]:
+        """M and the forces without acceleration as mecanique reads the file, in some joints."""
+        tree = self.loaded if loaded and self.loaded is not None else self.tree
+        engine, states = Reference(tree), max(map(len, self.q.values()), default=_STATES)
+        place, speed = np.tile(tree.neutral(), (states, 1)), np.zeros((states, tree.nv))
+        at: list[int] = []
+        for name in names:
+            joint = self.ours[name]
+            rates = [tree.velocities.index(rate) for rate in _rates(tree, joint)]
+            free = [c for c in joint.coordinates if c in tree.coordinates]
+            place[:, [tree.coordinates.index(c) for c in free]] = self.q[name]
+            speed[:, rates] = self.v[name]
+            at += rates
+        mass = np.asarray(engine.mass_matrix(place))
+        bias = np.asarray(engine.inverse_dynamics(place, speed, np.zeros_like(speed)))
+        return mass[:, at][:, :, at], bias[:, at]
 
 
-def _read_alike(a: Original, b: Original) -> bool:
-    """Whether two engines read the same."""
-    if {*a.joints} != {*b.joints}:
-        return False
-    order = [b.joints.index(joint) for joint in a.joints]
-    pairs = [
-        ("mass matrix", a.mass, b.mass[:, order][:, :, order]),
-        ("bias", a.bias, b.bias[:, order]),
-    ]
-    return _difference(pairs, a.mass) <= READ_ALIKE
+def _as_lists(values: Mapping[str, Array]) -> ByJoint:
+    """Numbers where a joint has one coordinate, lists where it has several."""
+    return {name: (x[:, 0] if x.shape[1] == 1 else x).tolist() for name, x in values.items()}
+
+
+def _in_world(tree: Mechanism, joint: Floating, places: Array) -> Array:
+    """Return positions and quaternions of a free body in what carries it and moves, or the world.
+
+    Shapes: places (n, 7).
+    """
+    from scipy.spatial.transform import Rotation
+
+    carriers = {other.child: other for other in tree.joints}
+    pose, parent = tree.matrix(joint.origin), joint.parent
+    while isinstance(carrier := carriers.get(parent), Fixed):
+        pose, parent = tree.matrix(carrier.origin) @ pose, carrier.parent
+    turned = Rotation.from_matrix(pose[:3, :3])
+    turns = turned * Rotation.from_quat(places[:, 3:])
+    return np.hstack([turned.apply(places[:, :3]) + pose[:3, 3], turns.as_quat()])
 
 
 def _compare(asked: _Asked, engine: Engine) -> tuple[EngineReading, Original | None]:
@@ -206,24 +289,25 @@ def _compare(asked: _Asked, engine: Engine) -> tuple[EngineReading, Original | N
         return EngineReading(title, None, missing=f"pip install {package}"), None
     try:
         with _beside(origin):
-            original = engine.read(origin.text, tree.evaluate_all(tree.gravity), asked.q, asked.v)
+            gravity = tree.evaluate_all(tree.gravity)
+            original = engine.read(origin.text, gravity, *asked.of_engines())
     except EngineError as error:
         return EngineReading(title, None, str(error), tuple(_traps(origin, engine))), None
-    joints = [ours[name] for name in original.joints if name in ours]
-    lost = sorted(ours.keys() - set(original.joints))
-    order = [original.joints.index(joint.name) for joint in joints]
-    others, offs = original.mass[:, order][:, :, order], original.bias[:, order]
-    mass, bias = _answers(tree, joints, asked.q, asked.v)
+    names = [name for name in original.joints if name in ours]
+    lost = sorted(ours.keys() - {*names})
+    others, offs, held = asked.select(original, names)
+    if held is not None and asked.loaded is not None:
+        offs = offs - held
+    mass, bias = asked.answers(names, loaded=held is not None)
     pairs = [("mass matrix", mass, others), ("bias", bias, offs)]
-    if asked.loaded is not None and original.passive is not None:
-        held = _answers(asked.loaded, joints, asked.q, asked.v)[1]
-        pairs.append(("bias", held, offs - original.passive[:, order]))
     remarks = [f"{title} has no joint {name!r}" for name in lost]
-    worst = np.inf if lost else _difference(pairs, mass)
-    several = tuple(joint.name for joint in tree.joints if len(joint.velocities) > 1)
-    reading = EngineReading(title, worst, uncompared=several)
+    remarks += [f"{title} has a joint {name!r} more" for name in original.others]
+    reading = EngineReading(title, np.inf if remarks else _difference(pairs, mass))
     if reading.differs:
-        remarks += [*_places(tree, joints, mass, others), *_traps(origin, engine)]
+        remarks += [
+            *_places(tree, [ours[name] for name in names], mass, others),
+            *_traps(origin, engine),
+        ]
         remarks += [f"{title.split()[0]} said: {said}" for said in original.complaints]
     return replace(reading, remarks=tuple(remarks)), original
 
@@ -242,23 +326,6 @@ def _beside(origin: Origin) -> Iterator[None]:
         os.chdir(before)
 
 
-def _answers(
-    tree: Mechanism, joints: Sequence[Single], q: ByJoint, v: ByJoint
-) -> tuple[Array, Array]:
-    """Return M and the forces without acceleration as mecanique reads the file, in some joints."""
-    at = [tree.velocities.index(f"{joint.coordinate}'") for joint in joints]
-    engine = Reference(tree)
-    states = max(map(len, q.values()), default=_STATES)
-    place = np.tile(tree.neutral(), (states, 1))
-    speed = np.zeros((states, tree.nv))
-    for joint, index in zip(joints, at, strict=True):
-        place[:, tree.coordinates.index(joint.coordinate)] = q[joint.name]
-        speed[:, index] = v[joint.name]
-    mass = engine.mass_matrix(place)
-    bias = engine.inverse_dynamics(place, speed, np.zeros_like(speed))
-    return np.asarray(mass)[:, at][:, :, at], np.asarray(bias)[:, at]
-
-
 def _difference(pairs: Sequence[tuple[str, Array, Array]], mass: Array) -> float:
     """Return the largest relative difference of the quantities, scaled as in a verdict."""
     if not mass.size:
@@ -266,24 +333,25 @@ def _difference(pairs: Sequence[tuple[str, Array, Array]], mass: Array) -> float
     return max(float(differ_by(quantity, a, b, mass).max()) for quantity, a, b in pairs)
 
 
-def _places(tree: Mechanism, joints: Sequence[Single], mass: Array, others: Array) -> Iterator[str]:
+def _places(tree: Mechanism, joints: Sequence[Joint], mass: Array, others: Array) -> Iterator[str]:
     """Name the outermost joints whose inertia differs: it depends on what they carry alone."""
-    a, b = (np.diagonal(m, axis1=1, axis2=2) for m in (mass, others))
-    wrong = {
-        joint.child: (joint, float(x[0]), float(y[0]))
-        for joint, x, y in zip(joints, a.T, b.T, strict=True)
-        if not np.allclose(x, y, rtol=READ_ALIKE, atol=0.0)
-    }
+    a, b = (np.diagonal(m, axis1=1, axis2=2)[0].tolist() for m in (mass, others))
+    wrong: dict[str, tuple[str, float, float, str]] = {}
+    for joint in joints:
+        for rate in _rates(tree, joint):
+            x, y = a.pop(0), b.pop(0)
+            if not np.isclose(x, y, rtol=READ_ALIKE, atol=0.0):
+                unit = "kg" if rate in joint.linear_velocities else "kg·m²"
+                wrong.setdefault(joint.child, (joint.name, x, y, unit))
     parents = {joint.child: joint.parent for joint in tree.joints}
     inner: set[str] = set()
     for body in wrong:
         while body in parents and parents[body] not in inner:
             body = parents[body]
             inner.add(body)
-    for body, (joint, here, there) in wrong.items():
+    for body, (name, here, there, unit) in wrong.items():
         if body not in inner:
-            unit = "kg" if joint.noun == "slide" else "kg·m²"
-            yield f"link {body!r} at joint {joint.name!r}: {there:.6g} {unit} instead of {here:.6g}"
+            yield f"link {body!r} at joint {name!r}: {there:.6g} {unit} instead of {here:.6g}"
 
 
 def _traps(origin: Origin, engine: Engine) -> Iterator[str]:

@@ -138,7 +138,6 @@ class EngineReading:
     remarks: tuple[str, ...] = ()  # what differs, with lines and reasons
     missing: str = ""  # what to install so that the engine can read the file, or empty
     alike: tuple[str, ...] = ()  # the other sources that read the same, "mecanique" among them
-    uncompared: tuple[str, ...] = ()  # joints with several velocities, each kept at rest
 
     @property
     def differs(self) -> bool:
@@ -167,18 +166,12 @@ class EngineReading:
         if self.refused:
             return (f"{head}: {self.refused}", *self.remarks)
         if not self.differs:
-            return (self._say_without(),) if self.uncompared else ()
+            return ()
         if self.worst is not None and math.isfinite(self.worst):
             head += f": its M and bias differ by up to {100 * self.worst:.2g} %"
         rest = len(self.remarks) - _MOST_LISTED
         more = (f"… and {say_count(rest, 'remark')} more in --json",) if rest > 0 else ()
         return (head, *self.remarks[:_MOST_LISTED], *more)
-
-    def _say_without(self) -> str:
-        names, rest = self.uncompared[:_MOST_LISTED], len(self.uncompared) - _MOST_LISTED
-        listed = ", ".join(map(repr, names)) + (f" and {rest} more" if rest > 0 else "")
-        noun = "joint" if len(self.uncompared) == 1 else "joints"
-        return f"{self.engine}: {noun} {listed} not compared (more than one velocity)"
 
 
 OURS = "mecanique"

@@ -6,20 +6,37 @@ import json
 import logging
 import subprocess
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any, final
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.errors import EngineError
-from mecanique.reference.originals.original import ByJoint, Original, columns, form_of
+from mecanique.model.joints import Planar
+from mecanique.reference.originals.original import (
+    ByJoint,
+    Chart,
+    Moving,
+    Original,
+    attributes_of,
+    evaluate,
+    form_of,
+    free_root_of,
+    same,
+    turning,
+)
+from mecanique.reference.vectors import turn_of
 
 _SECONDS = 120.0
 """Time limit for a file [s]."""
 
 
 def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Original:
-    """Read a file with Drake and evaluate it in n states, its root welded to the world.
+    """Read a file with Drake and evaluate it in n states.
+
+    The root of a URDF is welded to the world unless it is asked to move.
 
     Args:
         text: the file's text.
@@ -32,7 +49,9 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
     """
     form = {"URDF": "urdf", "MJCF": "xml", "SDF": "sdf"}[form_of(text)]
     asked = {"text": text.decode("utf-8", "replace"), "form": form, "gravity": list(gravity)}
-    request = json.dumps({**asked, "q": dict(q), "v": dict(v)})
+    held = form == "urdf" and free_root_of(text, v) is None
+    carried = attributes_of(text, "child", "link") if held else None
+    request = json.dumps({**asked, "carried": carried, "q": dict(q), "v": dict(v)})
     command = [sys.executable, "-m", __name__]
     try:
         run = subprocess.run(
@@ -43,15 +62,13 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
     if run.returncode:
         raise EngineError(run.stderr.strip().rpartition("\n")[2] or "it crashed the process")
     answer = json.loads(run.stdout)
-    names = tuple(answer["joints"])
-    states, count = len(answer["mass"]), len(names)
-    return Original(
-        names,
-        np.array(answer["mass"], dtype=float).reshape(states, count, count),
-        np.array(answer["bias"], dtype=float).reshape(states, count),
-        tuple(answer["complaints"]),
-        np.array(answer["passive"], dtype=float).reshape(states, count),
-    )
+    states, count = len(answer["mass"]), sum(np.size(v[name][0]) for name in answer["joints"])
+    shapes = {"mass": (states, count, count), "bias": (states, count), "passive": (states, count)}
+    for what, shape in shapes.items():
+        answer[what] = np.array(answer[what], dtype=float).reshape(shape)
+    for what in ("joints", "complaints", "others"):
+        answer[what] = tuple(answer[what])
+    return Original(**answer)
 
 
 def _answer(asked: dict[str, Any]) -> dict[str, Any]:
@@ -67,42 +84,72 @@ def _answer(asked: dict[str, Any]) -> dict[str, Any]:
     plant = MultibodyPlant(time_step=0.0)
     Parser(plant).AddModelsFromString(asked["text"], asked["form"])
     plant.mutable_gravity_field().set_gravity_vector(asked["gravity"])
-    every = [plant.get_joint(JointIndex(k)) for k in range(plant.num_joints())]
-    carried = {int(joint.child_body().index()) for joint in every}
-    for k in range(1, plant.num_bodies()):
-        if k not in carried:
-            root = plant.get_body(BodyIndex(k))
-            plant.WeldFrames(plant.world_frame(), root.body_frame())
+    for k in range(1, plant.num_bodies()) if asked["carried"] is not None else ():
+        body = plant.get_body(BodyIndex(k))
+        if body.name() not in asked["carried"]:
+            plant.WeldFrames(plant.world_frame(), body.body_frame())
     plant.Finalize()
     context = plant.CreateDefaultContext()
-    single = [joint for joint in every if joint.num_velocities() == 1]
-    scopes = [plant.GetModelInstanceName(joint.model_instance()) for joint in single]
-    pairs = zip(scopes, single, strict=True)
-    names = [_pick_name(f"{scope}::{joint.name()}", asked["q"]) for scope, joint in pairs]
-    at = [joint.velocity_start() for joint in single]
-    rest = np.array(plant.GetPositions(context))
-    masses, biases, passive = [], [], []
+    every = [plant.get_joint(JointIndex(k)) for k in range(plant.num_joints())]
+    joints = [_joint(plant, joint) for joint in every if joint.num_velocities()]
     forces, still = MultibodyForces(plant), np.zeros(plant.num_velocities())
-    for angles, rates in zip(columns(asked["q"], names), columns(asked["v"], names), strict=True):
-        place, speed = rest.copy(), np.zeros(plant.num_velocities())
-        place[[joint.position_start() for joint in single]] = angles
-        speed[at] = rates
+
+    def answer(place: Array, speed: Array) -> tuple[Array, ...]:
         plant.SetPositions(context, place)
         plant.SetVelocities(context, speed)
         bias = plant.CalcBiasTerm(context) - plant.CalcGravityGeneralizedForces(context)
-        masses.append(plant.CalcMassMatrix(context)[np.ix_(at, at)].tolist())
-        biases.append(bias[at].tolist())
         plant.CalcForceElementsContribution(context, forces)
         whole = plant.CalcInverseDynamics(context, still, forces)
-        passive.append((bias - whole)[at].tolist())
-    answers = {"mass": masses, "bias": biases, "passive": passive}
-    return {"joints": names, **answers, "complaints": heard.said}
+        return plant.CalcMassMatrix(context), bias, bias - whole
+
+    rest = np.array(plant.GetPositions(context))
+    original = evaluate(asked["q"], asked["v"], joints, rest, answer, heard.said)
+    arrays = {what: getattr(original, what).tolist() for what in ("mass", "bias", "passive")}
+    return {**asdict(original), **arrays}
 
 
-def _pick_name(scoped: str, asked: Iterable[str]) -> str:
-    """Return what is asked for by the longest end of a scoped name, or else its last part."""
-    ends = (name for name in asked if f"::{scoped}".endswith(f"::{name}"))
-    return max(ends, key=len, default=scoped.rpartition("::")[2])
+def _joint(plant: Any, joint: Any) -> Moving:
+    """Return a joint with the way Drake counts."""
+    scope, name = plant.GetModelInstanceName(joint.model_instance()), joint.name()
+    kind, chart = {
+        "quaternion_floating": ("free", _free),
+        "ball_rpy": ("ball", _ball),
+        "planar": ("planar", _planar(joint.frame_on_child())),
+        "universal": ("universal", same),
+    }.get(joint.type_name(), ("single", same))
+    if kind == "free" and name == joint.child_body().name():
+        name = f"{name}_root_joint"
+    start = joint.position_start()
+    span = slice(start, start + joint.num_positions())
+    return Moving(f"{scope}::{name}", span, joint.velocity_start(), kind, chart)
+
+
+def _free(q: Array, v: Array) -> tuple[Array, Array, Array]:
+    """Velocities are the angular one, then the origin's, both in world axes."""
+    R, linear, drift = turning(q, v)
+    T = np.vstack([np.hstack([np.zeros((3, 3)), R]), linear])
+    return np.concatenate([q[[6, 3, 4, 5]], q[:3]]), T, np.append(np.zeros(3), drift)
+
+
+def _ball(q: Array, v: Array) -> tuple[Array, Array, Array]:
+    """Roll, pitch and yaw, and the angular velocity in the parent's axes."""
+    R = turn_of(q)
+    roll, yaw = np.arctan2(R[2, 1], R[2, 2]), np.arctan2(R[1, 0], R[0, 0])
+    return np.array([roll, -np.arcsin(R[2, 0]), yaw]), R, np.zeros(3)
+
+
+def _planar(frame: Any) -> Chart:
+    """Coordinates along the axes that Drake chooses in the plane."""
+    axes = frame.GetFixedPoseInBodyFrame().rotation().matrix()
+    x, y, z = axes[:, 2].tolist()
+    plane = np.array(Planar("plane", "a", "b", axis=(x, y, z)).directions)
+    T = np.eye(3)
+    T[:2, :2] = axes[:, :2].T @ plane.T
+
+    def chart(q: Array, v: Array) -> tuple[Array, Array, Array]:
+        return T @ q, T, np.zeros(3)
+
+    return chart
 
 
 @final

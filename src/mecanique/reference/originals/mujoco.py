@@ -3,52 +3,90 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.errors import EngineError
-from mecanique.reference.originals.original import ByJoint, Original, columns, form_of
+from mecanique.reference.originals.original import (
+    ByJoint,
+    Moving,
+    Original,
+    ball_w_first,
+    evaluate,
+    form_of,
+    free_root_of,
+    same,
+    turning,
+)
 
 _MESHES = re.compile(
     rb"<(visual|collision)\b[^>]*(?<!/)>(?:(?!</\1>).)*?<mesh\b.*?</\1>", re.DOTALL
 )
 """Meshes are removed: their files may be missing, and inertias do not depend on them."""
 
+_PLANAR = ("_TX", "_TY", "_RZ")
+"""Behind the name of a planar joint of URDF, those of the slides and the hinge that it becomes."""
+
 
 def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Original:
     """Read a file with MuJoCo, without its meshes, and evaluate it in n states."""
     import mujoco
 
-    if form_of(text) == "SDF":
+    form = form_of(text)
+    if form == "SDF":
         raise EngineError("it has no reader of SDF")
-    text = text if form_of(text) == "MJCF" else _MESHES.sub(b"", text)
+    text = text if form == "MJCF" else _MESHES.sub(b"", text)
     try:
-        model = mujoco.MjModel.from_xml_string(text.decode("utf-8", "replace"))
+        if (root := free_root_of(text, v)) is None:
+            model = mujoco.MjModel.from_xml_string(text.decode("utf-8", "replace"))
+        else:
+            spec = mujoco.MjSpec.from_string(text.decode("utf-8", "replace"))
+            spec.compiler.fusestatic = False  # which would merge it with the world
+            spec.worldbody.first_body().add_freejoint(name=root)
+            model = spec.compile()
     except (ValueError, RuntimeError) as error:
         raise EngineError(" ".join(str(error).split())) from None
     model.opt.gravity = gravity
     data = mujoco.MjData(model)
+    joints = [*_joints(model)]
     rest = np.zeros(model.nq)  # where all coordinates of hinges and slides are zero
-    for k in range(model.njnt):
-        start = int(model.jnt_qposadr[k])
-        turns = {int(mujoco.mjtJoint.mjJNT_BALL): 0, int(mujoco.mjtJoint.mjJNT_FREE): 3}
-        if int(model.jnt_type[k]) in turns:
-            rest[start + turns[int(model.jnt_type[k])]] = 1.0
-    kinds = {int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)}
-    single = [model.joint(k) for k in range(model.njnt) if int(model.jnt_type[k]) in kinds]
-    names = tuple(joint.name for joint in single)
-    at = [int(joint.dofadr[0]) for joint in single]
-    masses, biases, passive = [], [], []
-    for angles, rates in zip(columns(q, names), columns(v, names), strict=True):
-        data.qpos[:], data.qvel[:] = rest, 0.0
-        data.qpos[[int(joint.qposadr[0]) for joint in single]] = angles
-        data.qvel[at] = rates
+    for joint in joints:
+        if joint.kind in ("ball", "free"):
+            rest[joint.at.stop - 4] = 1.0
+
+    def answer(place: Array, speed: Array) -> tuple[Array, ...]:
+        data.qpos[:], data.qvel[:] = place, speed
         mujoco.mj_forward(model, data)
         mass = np.zeros((model.nv, model.nv))
         for column, unit in zip(mass, np.eye(model.nv), strict=True):
             mujoco.mj_mulM(model, data, column, unit)
-        masses.append(mass[np.ix_(at, at)])
-        biases.append(np.array(data.qfrc_bias[at]))
-        passive.append(np.array(data.qfrc_passive[at]))
-    return Original(names, np.array(masses), np.array(biases), (), np.array(passive))
+        return mass, np.array(data.qfrc_bias), np.array(data.qfrc_passive)
+
+    return evaluate(q, v, joints, rest, answer)
+
+
+def _joints(model: Any) -> Iterator[Moving]:
+    joints = [model.joint(k) for k in range(model.njnt)]
+    while joints:
+        joint = joints.pop(0)
+        place, rate, kind = int(joint.qposadr[0]), int(joint.dofadr[0]), int(joint.type[0])
+        name = joint.name.removesuffix(_PLANAR[0])
+        if [joint.name, *(other.name for other in joints[:2])] == [name + k for k in _PLANAR]:
+            del joints[:2]
+            yield Moving(name, slice(place, place + 3), rate, "planar", same)
+        elif kind == 0:
+            yield Moving(joint.name, slice(place, place + 7), rate, "free", _free)
+        elif kind == 1:
+            yield Moving(joint.name, slice(place, place + 4), rate, "ball", ball_w_first)
+        else:
+            yield Moving(joint.name, slice(place, place + 1), rate, "single", same)
+
+
+def _free(q: Array, v: Array) -> tuple[Array, Array, Array]:
+    """Velocities are the origin's in world axes, then the angular velocity in the body's."""
+    _, linear, drift = turning(q, v)
+    T = np.vstack([linear, np.eye(6)[3:]])
+    return np.concatenate([q[:3], ball_w_first(q[3:], v[3:])[0]]), T, np.append(drift, np.zeros(3))

@@ -8,11 +8,21 @@ import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.errors import EngineError
-from mecanique.reference.originals.original import ByJoint, Original, columns, form_of
+from mecanique.reference.originals.original import (
+    ByJoint,
+    Moving,
+    Original,
+    evaluate,
+    form_of,
+    free_root_of,
+    same,
+)
 
 _COMPLAINT = re.compile(r"^(?:Error|Warning):\s+(.*?)\s*$", re.MULTILINE)
 
@@ -32,7 +42,9 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
                     file.flush()
                     model = pin.buildModelFromMJCF(file.name)
             else:
-                model = pin.buildModelFromXML(text.decode("utf-8", "replace"))
+                free = free_root_of(text, v) is not None
+                root = (pin.JointModelFreeFlyer(),) if free else ()
+                model = pin.buildModelFromXML(text.decode("utf-8", "replace"), *root)
         except (ValueError, RuntimeError) as error:
             refused = str(error)
     said = tuple(dict.fromkeys(_COMPLAINT.findall(heard[0])))
@@ -41,22 +53,40 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
         raise EngineError("; ".join(reasons) or refused)
     model.gravity.linear = np.array(gravity)
     data = model.createData()
-    single = [k for k in range(1, model.njoints) if model.joints[k].nv == 1]
-    names = tuple(model.names[k] for k in single)
-    at = [model.joints[k].idx_v for k in single]
-    masses, biases = [], []
-    for angles, rates in zip(columns(q, names), columns(v, names), strict=True):
-        place, speed = pin.neutral(model), np.zeros(model.nv)
-        speed[at] = rates
-        for index, angle in zip(single, angles.tolist(), strict=True):
-            joint = model.joints[index]
-            endless = joint.nq == 2
-            place[joint.idx_q : joint.idx_q + joint.nq] = (
-                (np.cos(angle), np.sin(angle)) if endless else angle
-            )
-        masses.append(pin.crba(model, data, place)[np.ix_(at, at)])
-        biases.append(pin.nonLinearEffects(model, data, place, speed)[at])
-    return Original(names, np.array(masses), np.array(biases), said)
+    every = range(1, model.njoints)
+    joints = [_joint(model.names[k], model.joints[k], model.jointPlacements[k]) for k in every]
+
+    def answer(place: Array, speed: Array) -> tuple[Array, ...]:
+        mass = np.array(pin.crba(model, data, place))
+        return mass, np.array(pin.nonLinearEffects(model, data, place, speed))
+
+    return evaluate(q, v, joints, pin.neutral(model), answer, said)
+
+
+def _joint(name: str, joint: Any, placement: Any) -> Moving:
+    """Return a joint with the way Pinocchio counts: continuous angles are cosine and sine."""
+
+    def endless(q: Array, v: Array) -> tuple[Array, Array, Array]:
+        return np.array([np.cos(q[0]), np.sin(q[0])]), np.eye(1), np.zeros(1)
+
+    def planar(q: Array, v: Array) -> tuple[Array, Array, Array]:
+        c, s = np.cos(q[2]), np.sin(q[2])
+        back = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+        rate = np.array([[-s, c, 0.0], [-c, -s, 0.0], [0.0, 0.0, 0.0]])
+        return np.array([q[0], q[1], c, s]), back, v[2] * rate @ v
+
+    def free(q: Array, v: Array) -> tuple[Array, Array, Array]:
+        import pinocchio as pin
+
+        pose = placement.actInv(pin.XYZQUATToSE3(q))
+        return np.array(pin.SE3ToXYZQUAT(pose)), np.eye(6), np.zeros(6)
+
+    kinds = {(2, 1): ("single", endless), (4, 3): ("ball", same), (7, 6): ("free", free)}
+    kind, chart = kinds.get((joint.nq, joint.nv), ("single", same))
+    if joint.shortname().endswith("Planar"):
+        kind, chart = "planar", planar
+    span = slice(joint.idx_q, joint.idx_q + joint.nq)
+    return Moving(name, span, joint.idx_v, kind, chart)
 
 
 @contextmanager
