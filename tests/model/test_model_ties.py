@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import permutations, product
 from typing import Any
 
 import numpy as np
@@ -59,6 +60,54 @@ def test_wheels_in_series_leave_one_coordinate() -> None:
     # reflected inertia: J (1 + (r/s)² + (r/s)⁴)
     (found,) = np.ravel(mq.Reference(mechanism).mass_matrix([0.3]))
     assert found == pytest.approx(0.02 * (1 + 1 / 9 + 1 / 81), rel=1e-14)
+
+
+@pytest.mark.parametrize("meshes", list(permutations(("ab", "bc", "cd"))))
+@pytest.mark.parametrize("swapped", list(product((False, True), repeat=3)))
+def test_the_order_in_which_meshes_are_told_does_not_matter(
+    meshes: tuple[str, ...], swapped: tuple[bool, ...]
+) -> None:
+    """Wheels in a row turn by r₁/r alternately, whichever wheel of a mesh is named first."""
+    radii = {"a": 0.1, "b": 0.2, "c": 0.4, "d": 0.8}
+    wheel = mq.Shape(1.0, HERE, (0.01, 0.01, 0.02, 0, 0, 0))
+    places = np.cumsum([0.0, 0.3, 0.6, 1.2])
+    gears = []
+    for mesh, swap in zip(meshes, swapped, strict=True):
+        first, second = list(mesh[::-1] if swap else mesh)
+        gears.append(mq.Gear(mesh, first, second, radii[first], other_radius=radii[second]))
+    mechanism = mq.Mechanism(
+        "row",
+        (mq.Body("ground"), *(mq.Body(name, wheel) for name in radii)),
+        tuple(
+            mq.Revolute(name, "ground", name, axis=UP, origin=mq.Placement((float(x), 0, 0)))
+            for name, x in zip(radii, places, strict=True)
+        ),
+        elements=tuple(gears),
+    )
+    (leader,) = mechanism.coordinates
+    for k, name in enumerate(radii):
+        turned = mechanism.coordinates.driven.get(name, mq.coordinate(name))
+        share = (-1) ** (k - "abcd".index(leader)) * radii[leader] / radii[name]
+        assert plain(turned).subs({mq.coordinate(leader): 1.0}) == pytest.approx(share, rel=1e-14)
+
+
+def test_wheels_that_follow_others_by_no_proportion_leave_these_to_be_given() -> None:
+    """Of sin p = −sin q neither p nor q is a multiple of the other."""
+    p, q = mq.coordinate("p"), mq.coordinate("q")
+    wheel = mq.Shape(1.0, HERE, (0.01, 0.01, 0.02, 0, 0, 0))
+    places = {"p": 0.0, "q": 1.0, "a": 2.0, "b": 2.2}
+    mechanism = mq.Mechanism(
+        "waves",
+        (mq.Body("ground"), *(mq.Body(name, wheel) for name in places)),
+        tuple(
+            mq.Revolute(name, "ground", name, axis=UP, origin=mq.Placement((x, 0, 0)))
+            for name, x in places.items()
+        ),
+        coordinates=Coordinates((), {"a": mq.sin(p), "b": mq.sin(q)}),
+        elements=(mq.Gear("mesh", "a", "b", 0.1, other_radius=0.1),),
+    )
+    assert tuple(mechanism.coordinates) == ("p", "q")
+    assert mechanism.coordinates.driven.keys() == {"a", "b"}
 
 
 def test_a_map_that_is_given_stays() -> None:
@@ -134,6 +183,29 @@ def belt_drive() -> mq.Mechanism:
             mq.Belt("belt", (mq.Pulley("a", 0.1), mq.Pulley("b", 0.3, -1)), normal=(0, 0, 1)),
         ),
     )
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize(("lean", "counts"), [(0.9e-9, True), (1.1e-9, False)])
+def test_a_stretch_that_leaves_its_plane_by_a_billionth_ties_nothing(
+    size: float, lean: float, counts: bool
+) -> None:
+    drive = belt_drive()
+    first, second = drive.joints
+    x, y, z = (size * np.array([1.0, 0.5, lean * np.hypot(1.0, 0.5)])).tolist()
+    belt = mq.Belt(
+        *("belt", (mq.Pulley("a", 0.1 * size), mq.Pulley("b", 0.3 * size, -1))), normal=UP
+    )
+    leaning = replace(
+        drive,
+        joints=(
+            replace(first, origin=mq.Placement()),
+            replace(second, origin=mq.Placement((x, y, z))),
+        ),
+        coordinates=Coordinates(()),
+        elements=(belt,),
+    )
+    assert (len(leaning.coordinates) == 1) == counts
 
 
 def turned(mechanism: mq.Mechanism, place: mq.Placement) -> mq.Mechanism:

@@ -211,6 +211,26 @@ def test_units_are_read_and_said(unit: str, said: str) -> None:
     assert read_unit(said) == read_unit(unit)
 
 
+@pytest.mark.parametrize(
+    ("unit", "by"),
+    [
+        *(
+            ("Hz", "1/s"),
+            ("N", "kg·m/s²"),
+            ("Pa", "N/m²"),
+            ("J", "N·m"),
+            ("W", "J/s"),
+            ("C", "A·s"),
+        ),
+        *(("V", "W/A"), ("F", "C/V"), ("Ω", "V/A"), ("Wb", "V·s"), ("T", "Wb/m²")),
+        *(("H", "Wb/A"), ("rad", "m/m"), ("sr", "m²/m²"), ("1", "K/K")),
+    ],
+)
+def test_derived_units_are_those_of_the_si(unit: str, by: str) -> None:
+    """BIPM, The International System of Units, 9th ed., 2019, table 4."""
+    assert read_unit(unit) == read_unit(by)
+
+
 def test_the_map_gives_a_coordinate_its_unit() -> None:
     length = units(mq.textbook.load("particle_on_circle_x"))
     assert length == {"x": "m", "x'": "m/s"}

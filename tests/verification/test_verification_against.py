@@ -53,6 +53,13 @@ def test_another_file_of_the_same_robot_agrees() -> None:
     assert matched in verdict.notes
 
 
+@pytest.mark.parametrize(("name", "said"), [("cart_pole", "other cart_pole"), ("mine", "mine")])
+def test_two_mechanisms_of_one_name_are_told_apart(name: str, said: str) -> None:
+    cart = mq.textbook.load("cart_pole")
+    row, *_ = mq.verify(cart, 2, against=replace(cart, name=name)).rows
+    assert row.sources == ("recursion", said)
+
+
 def test_coordinates_are_matched_by_name() -> None:
     mechanism = mq.read_urdf(mq.robot("panda"))
     turned = replace(

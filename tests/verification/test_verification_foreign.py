@@ -14,6 +14,7 @@ import pytest
 import mecanique as mq
 from mecanique.generation.targets.c import compiler
 from mecanique.verification import foreign
+from mecanique.verification.states import random_states
 
 HEADER = """
 enum { crane_nq = %d };
@@ -144,6 +145,14 @@ def test_an_fmu_stands_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     verdict = mq.verify(pendulum, samples=10, against=path)
     assert verdict.agrees
     assert {row.quantity for row in verdict.rows} >= {"acceleration", "kinetic energy"}
+    # in this process, where a model that fails would end it
+    states, (m, l, g) = random_states(pendulum, 3, 0), (pendulum.values[x] for x in "mlg")
+    answers = foreign._run_file(path, pendulum, states)
+    np.testing.assert_allclose(
+        answers["acceleration"], -g / l * np.sin(states.q), rtol=1e-12, atol=0
+    )
+    kinetic = m * l**2 * states.v[:, 0] ** 2 / 2
+    np.testing.assert_allclose(answers["kinetic energy"], kinetic, rtol=1e-12, atol=0)
     lighter = pendulum.replace(g=2.0)
     assert not mq.verify(lighter, samples=10, against=path).agrees
     with pytest.raises(mq.InputError, match=r"expected the states .* in the FMU, got .*; it lacks"):

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 import mecanique as mq
 from mecanique.cli import app
-from mecanique.verification.compare import compare_kinematics, has_mass
+from mecanique.verification.compare import compare, compare_kinematics, has_mass
 
 ARM = """<robot name="arm"><link name="base"/><link name="upper"/><link name="lower"/>
 <joint name="q" type="revolute"><origin xyz="0 0.1 1" rpy="0.1 0.2 0.3"/><parent link="base"/>
@@ -34,6 +34,22 @@ def test_a_robot_without_mass_has_kinematics(root: Any) -> None:
     assert [row.quantity for row in verdict.rows] == ["poses", "Jacobians"]
     assert "kinematics alone: nothing that moves has mass" in str(verdict)
     assert "mecanique inertia FILE --density 1000 -o NEW" in str(verdict)
+
+
+@pytest.mark.parametrize(
+    ("arm", "ground", "message"),
+    [
+        (mq.particle(2.0), None, "its bodies have mass, but none resists a change of hinge'"),
+        (None, mq.ball(3.0, 0.1), "nothing that moves has mass, so it has geometry but no"),
+    ],
+)
+def test_a_mass_that_resists_nothing_is_told_from_none(
+    arm: mq.Shape | None, ground: mq.Shape | None, message: str
+) -> None:
+    bodies = (mq.Body("ground", *filter(None, [ground])), mq.Body("arm", *filter(None, [arm])))
+    hinge = mq.Revolute("hinge", "ground", "arm", axis=(0, 1, 0))
+    with pytest.raises(mq.EngineError, match=message):
+        compare(mq.Mechanism("hinge", bodies, (hinge,)), 2, 0)
 
 
 @pytest.mark.parametrize("name", ["four_bar_linkage", "bricard_linkage", "screw_press"])

@@ -8,11 +8,13 @@ import subprocess
 from dataclasses import replace
 from typing import Literal
 
+import numpy as np
 import pytest
 from reading_faults import blame, misread, name_dissenters
 
 import mecanique as mq
 from mecanique.reference.originals import drake, exudyn
+from mecanique.reference.originals.original import ByJoint, Original
 from mecanique.urdf import read_urdf
 from mecanique.verification import engines
 from mecanique.verification.engines import read_by
@@ -113,6 +115,33 @@ def test_a_refusal_is_told_and_equations_still_agree() -> None:
     assert "Pinocchio" in verdict.summary
     assert "refuses the file itself" in verdict.summary
     assert "min_effort are greater than max_effort" in str(verdict)
+
+
+@pytest.mark.parametrize(("sign", "alike"), [(1.0, True), (-1.0, False)])
+def test_springs_and_dampers_of_an_engine_are_taken_off_its_bias(
+    sign: float, alike: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An engine that adds Q = −k q − c q' to a hinge with m l² and m g l sin q."""
+    m, l, k, c, g = 2.0, 0.7, 3.0, 0.4, 9.81
+    arm = mq.Mechanism(
+        "arm",
+        (mq.Body("ground"), mq.Body("arm", mq.particle(m).at((0, 0, -l)))),
+        (mq.Revolute("hinge", "ground", "arm", axis=(0, 1, 0)),),
+        gravity=(0, 0, -g),
+    )
+    held = (mq.JointSpring("spring", "hinge", k), mq.JointDamper("damper", "hinge", c))
+
+    def answer(_text: bytes, _gravity: object, q: ByJoint, v: ByJoint) -> Original:
+        angle, rate = (np.array(x["hinge"])[:, None] for x in (q, v))
+        mass = np.full((len(angle), 1, 1), m * l**2)
+        passive = -sign * (k * angle + c * rate)
+        return Original(("hinge",), mass, m * g * l * np.sin(angle), (), passive)
+
+    engine = engines.Engine("Closed form", "numpy", answer)
+    monkeypatch.setattr(engines, "ENGINES", {"closed": engine})
+    (found,) = engines.read_text_by(arm, mq.write_urdf(arm), ["closed"], 0, 4, held)
+    assert found.worst is not None
+    assert (found.worst < 1e-12) == alike
 
 
 def test_drake_and_mujoco_on_an_inertia_of_no_real_body() -> None:

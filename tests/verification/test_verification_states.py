@@ -38,6 +38,7 @@ from mecanique.model import (
 )
 from mecanique.model.mechanism_units import characteristic_length
 from mecanique.reference import Reference
+from mecanique.verification import states
 from mecanique.verification.compare import verify
 from mecanique.verification.states import random_states
 
@@ -191,6 +192,15 @@ def test_states_next_to_a_singular_point_of_the_coordinates_are_not_drawn() -> N
     states = random_states(textbook.load("heavy_top"), 3000, 0)
     assert 0 < np.sin(abs(states.q[:, 1])).min() < 0.2
     assert np.sin(abs(states.q[:, 1])).min() > 5e-3
+
+
+def test_how_regular_a_mass_matrix_is_does_not_depend_on_units() -> None:
+    """Of rows and columns scaled alike, the condition of [[1, c], [c, 1]] is (1 + c)/(1 − c)."""
+    c, units = 0.9, np.diag([1e-3, 1e4])
+    mass = np.array([[1.0, c], [c, 1.0]])
+    for matrix in (mass, units @ mass @ units):
+        assert states._condition(matrix) == pytest.approx((1 + c) / (1 - c), rel=1e-9)
+    assert states._condition(np.diag([0.0, 1.0])) == 1.0
 
 
 def test_states_keep_a_little_inside_the_limits_of_a_coordinate() -> None:

@@ -13,11 +13,14 @@ from mecanique.model import (
     Body,
     Coordinates,
     JointDamper,
+    JointForce,
     JointSpring,
     Mechanism,
+    Prismatic,
     Revolute,
     box,
     coordinate,
+    particle,
     time,
 )
 from mecanique.verification import compare_coordinates
@@ -64,6 +67,17 @@ def test_springs_and_dampers_pull_alike_in_both_coordinates() -> None:
     )
     found = compare_coordinates(mechanism, doubled, {"q": 2 * coordinate("x")}, samples=10)
     assert found.agrees, str(found)
+
+
+@pytest.mark.parametrize("mass", [9.0, 1e-4])
+def test_terms_are_judged_by_the_moving_mass(mass: float) -> None:
+    """Where nothing else acts, by a thousandth of its weight at 1 m/s²."""
+    slide = Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x")
+    block = Body("block", particle(mass))
+    free = Mechanism("free", (Body("ground"), block), (slide,))
+    pushed = replace(free, name="pushed", forces=(JointForce("push", "slide", 2e-4 * mass),))
+    found = compare_coordinates(free, pushed, {}, samples=3)
+    assert found.worst["all other terms"] == pytest.approx(0.2, rel=1e-9)
 
 
 def test_another_system_does_not_agree() -> None:

@@ -143,7 +143,7 @@ def mistake_products(inertia: Array) -> Iterator[Slip]:
     yield Slip("product sign", "products of inertia with the other sign", inertia - 2 * off)
     places = [(i, k) for i, k in ((0, 1), (0, 2), (1, 2)) if off[i, k]]
     if len(places) > 1:
-        for i, k in ((0, 1), (0, 2), (1, 2)):
+        for i, k in places:
             wrong = inertia.copy()
             wrong[i, k] = wrong[k, i] = -inertia[i, k]
             text = f"product of inertia i{'xyz'[i]}{'xyz'[k]} with the other sign"

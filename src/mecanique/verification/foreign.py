@@ -262,7 +262,6 @@ class _Model:
 
         self._second = described.fmiVersion.startswith("2")
         kind = FMU2Model if self._second else FMU3Model
-        self.said: list[str] = []
         self.fmu = kind(
             guid=described.guid,
             unzipDirectory=folder,
@@ -273,7 +272,7 @@ class _Model:
             self.fmu.instantiate()
             self.fmu.setupExperiment()
         else:
-            self.fmu.instantiate(logMessage=lambda *said: self.said.append(str(said[-1])))
+            self.fmu.instantiate(logMessage=lambda *said: None)
         self.fmu.enterInitializationMode()
         self.fmu.exitInitializationMode()
         if self._second:

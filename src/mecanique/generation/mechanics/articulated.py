@@ -178,7 +178,7 @@ class Articulated:
                     before[row] = add(before.get(row, _STILL), _refer(direction, arm))
         left = [row for row in self._kept if row in compliance]
         for loop in dict.fromkeys(loop_of[row] for row in left):
-            self._judge([row for row in rows_of[loop] if row in compliance], compliance)
+            self._judge(rows_of[loop], compliance)
         for row in left:
             self._drop(row, -1, [], {}, compliance)
 

@@ -68,28 +68,29 @@ def bevel_of(m: Description, gear: Gear) -> Bevel | None:
 
 def laws_of_elements(m: Description, driven: Mapping[str, Scalar]) -> dict[str, Scalar]:
     """Return the laws that the elements of a mechanism add to its coordinate map."""
-    laws = dict(driven)
+    laws, taken = dict(driven), {*driven, *m.coordinates.names}
+    free = [name for joint in m.joints for name in joint.coordinates if name not in taken]
     for element in m.elements:
         for row in _rows(m, element):
-            _solve(row, laws, m.coordinates.names)
+            _solve(row, laws, free)
     return {name: law for name, law in laws.items() if name not in driven}
 
 
-def _solve(row: Row, solved: dict[str, Scalar], chosen: tuple[str, ...]) -> None:
+def _solve(row: Row, solved: dict[str, Scalar], free: list[str]) -> None:
     """Add the law that keeps a row as it is, if the laws so far do not."""
     laws = {coordinate(name): law for name, law in solved.items()}
-    terms = {name: factor * coordinate(name) for name, factor in row.items()}
-    total = plain(sum(terms.values())).subs(laws).expand()
-    moving = {*row, *(str(symbol) for law in solved.values() for symbol in symbols_in(law))}
-    if not any(total.diff(coordinate(name)) != 0 for name in moving):
-        return
-    for name in reversed(row):
-        if name in solved or name in chosen:
+    total = plain(sum(factor * coordinate(name) for name, factor in row.items()))
+    total = total.subs(laws).expand()
+    followed = set[str]().union(*(symbols_in(solved[name]) for name in row if name in solved))
+    candidates = [name for name in reversed(row) if name not in followed]
+    # where the row follows several others already, one of these follows the rest
+    if len(symbols_in(total) & {*free}) > 1:
+        candidates += reversed(free)
+    for name in candidates:
+        slope = total.diff(coordinate(name))
+        if name not in free or slope == 0:
             continue
-        others = plain(sum([term for partner, term in terms.items() if partner != name]))
-        law = plain(-others / row[name])
-        if not isinstance(law, int | float):
-            law = plain(law.subs(laws).expand())
+        law = plain((-total.subs({coordinate(name): 0}) / slope).expand())
         if name in symbols_in(law):
             continue
         solved[name] = law
@@ -230,7 +231,7 @@ class _Still:
         d = self.place(end.body, end.center) - self.place(start.body, start.center)
         reach = [self.m.evaluate(stop.radius) * stop.sense for stop in (start, end)]
         h, square = reach[1] - reach[0], float(d @ d)
-        if not square > h * h or abs(d @ normal) > _NEAR * (1 + square):
+        if not square > h * h or abs(d @ normal) > _NEAR * np.sqrt(square):
             return None
         e: np.ndarray = (np.sqrt(square - h * h) * d + h * np.cross(d, normal)) / square
         return e
