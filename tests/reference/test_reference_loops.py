@@ -6,12 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+from sympy import cos, sin
 
 from mecanique import textbook
 from mecanique.errors import ClosureError, EngineError, InputError, UnknownNameError
 from mecanique.model import (
     Body,
     Coordinates,
+    Fixed,
     Floating,
     JointForce,
     Loop,
@@ -20,6 +23,7 @@ from mecanique.model import (
     Placement,
     Prismatic,
     Revolute,
+    Shape,
     Spherical,
     bar,
     box,
@@ -651,3 +655,67 @@ def test_a_rod_whose_ends_meet_where_an_assembly_begins_is_drawn_out(
     mechanism = Mechanism("scissors", (Body("ground"), *bars), joints, loops=(loop,))
     a, b = assemble(mechanism, [0.0, 0.0])
     assert 2 * abs(np.sin((b - a) / 2)) == pytest.approx(0.5, rel=1e-12)
+
+
+def test_welds_of_loops_transmit_what_fixed_joints_do() -> None:
+    """Two bodies on a turning arm: of a tree, or flying freely and tied to it by loops."""
+    brick = Shape(1.7, (0.1, -0.2, 0.3), (0.5, 0.6, 0.4, 0.05, -0.03, 0.02))
+    places = {
+        "b": Placement((0.4, 0.1, 0.2), (0.5, -0.3, 0.8)),
+        "c": Placement((-0.3, 0.2, 0.1), (0.2, 0.9, -0.4)),
+    }
+    bodies = (Body("ground"), Body("arm", brick), *(Body(name, brick) for name in places))
+    pin = Revolute("pin", "ground", "arm", axis=(0.6, 0.0, 0.8))
+    fixed = [Fixed(f"weld_{name}", "arm", name, origin=at) for name, at in places.items()]
+    flying = [Floating(f"root_{name}", "ground", name) for name in places]
+    welds = [Loop.weld(f"weld_{name}", "arm", at, name, Placement()) for name, at in places.items()]
+    tree = Reference(Mechanism("tree", bodies, (pin, *fixed)))
+    tied = Reference(Mechanism("tied", bodies, (pin, *flying), loops=tuple(welds)))
+    q, v = [0.7], [1.3]
+    poses = [tree.pose(name, q) for name in places]
+    turns = [Rotation.from_matrix(pose[:3, :3]) for pose in poses]
+    axis = v[0] * np.array([0.6, 0.0, 0.8])
+    state, joined = list(q), list(v)
+    for pose, turn in zip(poses, turns, strict=True):
+        state += [*pose[:3, 3], *turn.as_quat()]
+        # velocities of the origin and of rotation, in the body's own axes
+        joined += [*turn.inv().apply(np.cross(axis, pose[:3, 3])), *turn.inv().apply(axis)]
+    assert np.abs(tied.constraint_residual(state)).max() < 1e-13
+    assert np.abs(tied.constraint_jacobian(state) @ joined).max() < 1e-13
+    one, other = tree.reactions(q, v), tied.reactions(state, joined)
+    for name in ("pin", "weld_b", "weld_c"):
+        np.testing.assert_allclose(one[name].force, other[name].force, rtol=0, atol=1e-10)
+        np.testing.assert_allclose(one[name].moment, other[name].moment, rtol=0, atol=1e-10)
+
+
+def test_forces_of_a_loop_that_guides_are_along_the_axes_of_its_frame() -> None:
+    """A particle on two slides of a tilted mount, led by a turning arm: m a in turned axes."""
+    phi, r, m = coordinate("phi"), 0.8, 1.5
+    end, turned = (r, 0.0, 0.0), 0.8
+    mount = Fixed("mount", "ground", "board", origin=Placement((0.2, 0.1, 0.4), (0.5, -0.3, 0.8)))
+    tie = Loop("tie", "pin", "arm", Placement(end, (0, 0, turned)), "particle", Placement())
+    mechanism = Mechanism(
+        "led",
+        (
+            *(Body("ground"), Body("board"), Body("arm", rod(2.0, r, end)), Body("sled")),
+            Body("particle", particle(m)),
+        ),
+        (
+            *(mount, Revolute("phi", "board", "arm", axis=(0, 0, 1))),
+            Prismatic("x", "board", "sled", axis=(1, 0, 0)),
+            Prismatic("y", "sled", "particle", axis=(0, 1, 0)),
+        ),
+        forces=(JointForce("drive", "phi", 3.0),),
+        coordinates=Coordinates(("phi",), {"x": r * cos(phi), "y": r * sin(phi)}),
+        elements=(tie,),
+        gravity=(0, 0, 0),
+    )
+    reference = Reference(mechanism)
+    rate, change = 1.3, 3.0 / (2.0 * r**2 / 3 + m * r**2)
+    assert reference.acceleration([0.7], [rate])[0] == pytest.approx(change, rel=1e-13)
+    inward, ahead = -m * r * rate**2, m * r * change
+    c, s = np.cos(turned), np.sin(turned)
+    found = reference.guide_forces([0.7], [rate])
+    np.testing.assert_allclose(
+        [*found.values()], [c * inward + s * ahead, c * ahead - s * inward], rtol=1e-12, atol=0
+    )
