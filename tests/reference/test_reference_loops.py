@@ -41,6 +41,8 @@ from mecanique.reference.loops.assembly import (
     project,
 )
 from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.closures import ScaledClosure
+from mecanique.reference.loops.freedom import _name_redundant
 from mecanique.reference.loops.independent import Independent
 
 A = Placement((0.1, 0.2, 0.3), (0.4, 0.5, 0.6))
@@ -719,3 +721,37 @@ def test_forces_of_a_loop_that_guides_are_along_the_axes_of_its_frame() -> None:
     np.testing.assert_allclose(
         [*found.values()], [c * inward + s * ahead, c * ahead - s * inward], rtol=1e-12, atol=0
     )
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_rows_that_hardly_differ_are_told_from_those_that_follow_from_them(seed: int) -> None:
+    """Parts of 2e-6 of a row are found to ten digits; projected once, they share four of these."""
+    rows = np.zeros((7, 6))
+    rows[range(4), range(4)] = 1.0, 2e-6, 2e-6, 2e-6
+    rows[1:4, 0] = 1.0
+    rows[4:, :4] = np.eye(4)[1:]
+    turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(6, 6)))[0]
+    names = tuple("abcdefg")
+    closure = ScaledClosure(np.zeros(7), rows @ turn, np.zeros(7), np.full(7, 1e-14))
+    assert _name_redundant(closure, names) == ("e", "f", "g")
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_an_assembly_that_begins_where_nothing_closes_is_sought_as_far_as_its_size(
+    size: float,
+) -> None:
+    """A rod straight below a hanging bar is as short as it can be, to first order."""
+    arm, rail, length = (0.0, 0.0, -size), Placement((0.0, 0.0, -1.5 * size)), 0.8 * size
+    mechanism = Mechanism(
+        "press",
+        (Body("ground"), Body("bar", rod(1.0, size, arm)), Body("slider", particle(1.0))),
+        (
+            Revolute("pin", "ground", "bar", axis=(0, -1, 0)),
+            Prismatic("rail", "ground", "slider", axis=(1, 0, 0), origin=rail),
+        ),
+        loops=(Loop.distance("rod", "bar", arm, "slider", (0.0, 0.0, 0.0), length),),
+    )
+    angle, x = assemble(mechanism)
+    apart = np.array([x - size * np.sin(angle), size * (np.cos(angle) - 1.5)])
+    assert np.linalg.norm(apart) == pytest.approx(length, rel=1e-9)
+    assert abs(x) < 10 * size

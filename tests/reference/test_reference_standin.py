@@ -79,6 +79,7 @@ def test_recursions_are_those_of_pinocchio(both: Any) -> None:
         pinocchio.rnea(a, there, q, v, acc, of_a)[own],
         standin.rnea(b, here, p, v[own], acc[own], of_b),
     )
+    same(there.a_gf[0].vector, here.a_gf[0].vector)
     for index in range(1, b.njoints):
         twin = a.getJointId(b.names[index])
         for field in FIELDS:
