@@ -18,6 +18,10 @@ from mecanique.derivation.numeric.constraints.rows import Held
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.symbolic.constraints import bonds_of
+from mecanique.derivation.symbolic.kinematics import Kinematics
+from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.tolerances import ON_LOOPS
 from mecanique.errors import DerivationError
 from mecanique.model import (
     Body,
@@ -83,6 +87,54 @@ def slider_crank(theta: np.ndarray, rate: float) -> States:
     q = np.stack([theta, rod_angle - theta, x], axis=-1)
     v = np.stack([np.full_like(theta, rate), swing - rate, speed], axis=-1)
     return States.of(textbook.load("slider_crank"), q, v)
+
+
+ROWS = {
+    "ball": ("x", "y", "z"),
+    "hinge": ("x", "y", "z", "rx", "ry"),
+    "weld": ("x", "y", "z", "rx", "ry", "rz"),
+    "pin": ("x", "y"),
+    "plate": ("x", "y", "rz"),
+}
+
+
+@pytest.mark.parametrize("kind", ROWS)
+def test_rows_of_a_loop_grow_with_the_motions_that_they_are_named_after(kind: str) -> None:
+    """Of body b relative to a, along and about the axes of frame a, as forces on b count."""
+    axes = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
+    bodies, joints = [Body("ground")], list[Prismatic | Revolute]()
+    for prefix, joint in (("", Prismatic), ("r", Revolute)):
+        for name, axis in axes.items():
+            child = f"to {prefix}{name}"
+            joints.append(joint(f"{prefix}{name}", bodies[-1].name, child, axis=axis))
+            bodies.append(Body(child))
+    bodies[-1] = Body("to rz", box(1.0, (0.1, 0.2, 0.3)))
+    loop = Loop("tie", kind, "ground", Placement(), "to rz", Placement())  # type: ignore[arg-type]
+    mechanism = Mechanism("free", tuple(bodies), tuple(joints), loops=(loop,))
+    rows = [mechanism.coordinates.index(row) for row in ROWS[kind]]
+    here = States.of(mechanism, np.zeros((1, 6)))
+    np.testing.assert_array_equal(Held(mechanism).at(here).jacobian[0], np.eye(6)[rows])
+    kinematics = Kinematics(Algebra(mechanism))
+    (bond,) = bonds_of(kinematics)
+    ring = kinematics.algebra.ring
+    value = Evaluation(ring, dict.fromkeys(mechanism.coordinates, 0.0))
+    slopes = [[float(value(slope)) for slope in tie.slopes(ring)] for tie in bond.ties]
+    np.testing.assert_array_equal(slopes, np.eye(6)[rows])
+    pushes = [[float(value(x)) for x in (*unit.force, *unit.moment)] for unit in bond.units]
+    np.testing.assert_array_equal(pushes, np.eye(6)[rows])
+
+
+def test_coordinates_that_follow_close_the_loops_to_rounding_at_every_order() -> None:
+    """From a position that is a hundredth off, with all derivatives by the independent ones."""
+    states = slider_crank(np.linspace(0.2, 2.8, 5), 1.7)
+    mechanism = states.mechanism
+    reduced, held = Reduced(mechanism), Held(mechanism)
+    (group,) = reduced._groups(states)
+    off = replace(states, q=states.q + 0.01)
+    paths = reduced._paths(off, np.ones((5, 1)), group)
+    for gap in held.gaps(reduced._evaluate_poses(off, paths)[1]):
+        np.testing.assert_allclose(gap.c[:, 0], 0, rtol=0, atol=ON_LOOPS)
+        np.testing.assert_allclose(gap.c[:, 1:], 0, rtol=0, atol=2e-15)
 
 
 def test_the_constraints_of_a_slider_crank_are_those_of_its_closed_form() -> None:

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from itertools import count
 
 import numpy as np
 import pytest
@@ -268,6 +269,18 @@ def test_what_is_kept_of_the_last_states_does_not_outlive_them(method: str) -> N
     kinetic, _ = equations.energy(q, v)
     faster, _ = equations.energy(q, 2 * v)
     np.testing.assert_allclose(faster, 4 * kinetic, rtol=1e-13, atol=0)
+
+
+def test_what_is_kept_of_the_last_states_answers_for_equal_ones_alone() -> None:
+    numbers = count(1)
+    latest = Latest(lambda _: next(numbers))
+    pendulum = mq.textbook.load("double_pendulum")
+    some = random_states(pendulum, 3, 0)
+    assert [latest.at(some), latest.at(replace(some, q=some.q.copy()))] == [1, 1]
+    heavier = replace(pendulum, gravity=(0.0, 0.0, -20.0))
+    others = [replace(some, **{name: getattr(some, name) + 0.1}) for name in ("q", "v", "t")]
+    for number, other in enumerate([replace(some, mechanism=heavier), *others], 2):
+        assert [latest.at(other), latest.at(other)] == [number, number]
 
 
 def test_what_is_kept_of_the_last_states_is_not_pickled() -> None:
