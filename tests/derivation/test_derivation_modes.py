@@ -100,6 +100,15 @@ def test_a_ball_rolls_down_while_two_sevenths_of_the_slope_are_below_friction() 
     assert modes["slips +"].conditions[1] == "while r th' + x' > 0"
 
 
+def test_what_sticks_holds_by_static_friction_and_slips_by_that_of_motion() -> None:
+    rough = mq.Contact("floor", "body", radius=r, mu=mu, mu_static=mu0)
+    modes = mq.derive_modes(flat(mq.ball(m, r), rough))
+    assert modes["sticks"].conditions[1] == "sticks if |2 tan(alpha)/7| ≤ mu_0"
+    a, G, c = sp.symbols("alpha g mu")
+    down = modes["slips +"].accelerations["x''"]
+    assert sp.simplify(down - G * (sp.sin(a) - c * sp.cos(a))) == 0
+
+
 def test_a_stop_says_what_it_bears() -> None:
     hinge = mq.Revolute("pin", "ground", "rod", axis=(0, -1, 0), coordinate="q")
     rod = mq.Mechanism(
