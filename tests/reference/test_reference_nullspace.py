@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mecanique.errors import ClosureError
-from mecanique.reference.loops.nullspace import Metric, NaturalUnits, measure, solve, split
+from mecanique.reference.loops.nullspace import (
+    Metric,
+    NaturalUnits,
+    are_certain,
+    measure,
+    solve,
+    split,
+)
 
 M, G, L = 2.0, 9.81, 1.3
 
@@ -133,3 +141,64 @@ def test_the_largest_components_of_a_massless_motion_are_named_in_plain_units() 
     # in plain units (3, 4 / 2), of norm sqrt(13)
     assert "0.83 at x" in str(refusal.value)
     assert "0.55 at y" in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("bounds", "rank"),
+    [
+        ({}, 3),
+        ({"tolerance": 4.9e-4}, 3),
+        ({"tolerance": 5.1e-4}, 2),
+        ({"least": 0.9e-3}, 3),
+        ({"least": 1.1e-3}, 2),
+        ({"most": 4}, 3),
+        ({"most": 1}, 1),
+        ({"fixed": 1}, 1),
+        ({"tolerance": 0.9, "fixed": 3}, 3),
+        ({"fixed": 9}, 3),
+    ],
+)
+def test_singular_values_count_above_bounds_of_the_largest_and_of_their_number(
+    bounds: dict[str, Any], rank: int
+) -> None:
+    parts = split(np.diag([0.5, 2.0, 1e-3]), **bounds)
+    assert parts.rank == rank
+    assert parts.singular.tolist() == [2.0, 0.5, 1e-3][:rank]
+    assert parts.range_right.shape == parts.range_left.shape == (3, rank)
+    np.testing.assert_array_equal(np.abs(parts.null), np.eye(3)[:, [1, 0, 2][rank:]])
+    assert parts.determined.tolist() == [rank > 1, rank > 0, rank > 2]
+
+
+def test_a_short_row_that_is_certain_counts_before_a_longer_one_of_rounding() -> None:
+    """Axes 0, 1 and 2 by 1, 1e-5 and 1e-6, the second with an error of 2e-5."""
+    rounding = np.array([1e-15, 2e-5, 1e-15])
+    parts = split(np.diag([1.0, 1e-5, 1e-6]), rounding=lambda: rounding)
+    assert parts.rank == 2
+    np.testing.assert_allclose(parts.singular, [1.0, 1e-6], rtol=1e-12, atol=0)
+    np.testing.assert_allclose(np.abs(parts.range_left), np.eye(3)[:, [0, 2]], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(np.abs(parts.range_right), np.eye(3)[:, [0, 2]], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(np.abs(parts.null), np.eye(3)[:, [1]], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(np.abs(parts.loose), np.eye(3)[:, [1]], rtol=0, atol=1e-15)
+    assert parts.determined.tolist() == [True, False, True]
+    assert split(np.diag([1.0, 1e-5, 1e-6]), rounding=lambda: rounding / 4).rank == 3
+
+
+def test_the_rounding_of_a_combination_of_rows_is_that_of_its_parts() -> None:
+    """0.6 and 0.8 of rows with errors of 1 and 2 have one of √(0.36 + 2.56) = 1.709."""
+    left = np.array([[0.6, -0.8], [0.8, 0.6]])
+    rounding = np.array([1.0, 2.0])
+    assert are_certain(left, np.array([1.71, 1.45]), 0.0, rounding).tolist() == [True, True]
+    assert are_certain(left, np.array([1.70, 1.43]), 0.0, rounding).tolist() == [False, False]
+    assert are_certain(left, np.array([1.71, 1.45]), 1.5, rounding).tolist() == [True, False]
+    assert are_certain(left, np.array([0.6, 0.4]), 0.0, 0.5).tolist() == [True, False]
+
+
+def test_rounding_of_scaled_rows_is_that_of_the_entries_they_are_made_of() -> None:
+    """Of velocities in their units; entries that are zero have none."""
+    units = NaturalUnits(np.array([0.5, 4.0]), np.array([2.0, 10.0]), np.arange(2), lambda: 1e-14)
+    columns = np.array([[3.0, 0.0], [-4.0, 5.0]])
+    metric = Metric(np.array([7.0, 2.0]), columns, np.linalg.inv(columns), np.ones(2), units)
+    found = metric.rounding(np.array([[1e-3, 0.0], [1.0, -2.0]]))
+    first = 7.0 / 0.5 * 3.0 / 2.0
+    second = 2.0 / 4.0 * np.hypot(3.0 / 2.0 + 4.0 / 10.0, 5.0 / 10.0)
+    np.testing.assert_allclose(found, [1e-14 * first, 1e-14 * second], rtol=1e-14, atol=0)
