@@ -163,8 +163,8 @@ def test_rows_are_taken_by_their_places() -> None:
 
 
 def test_square_matrices_of_zeros_and_mirrors() -> None:
-    assert vectors.zeros(2, 1.5) == [[0.0, 0.0], [0.0, 0.0]]
-    assert vectors.zeros(2, a).shape == (2, 2, N)
+    assert vectors.zeros([1.5, 2.0]) == [[0.0, 0.0], [0.0, 0.0]]
+    assert vectors.zeros(a[:2]).shape == (2, 2, N)
     M = A[..., 0].tolist()
     vectors.mirror(M)
     upper = np.triu(A[..., 0])

@@ -362,7 +362,7 @@ class TreeRecursion:
 
     def joint_mass_matrix(self) -> Rows:
         """Return M in the joint velocities, shape (nu, nu)."""
-        M = zeros(len(self.chart.u), self.chart.u)
+        M = zeros(self.chart.u)
         beyond = list(self.inertias)
         # momenta of the velocities beyond each link, and their moments about its origin
         momenta: list[list[Column]] = [[] for _ in self.links]

@@ -271,10 +271,11 @@ def turned_pose(Q: np.ndarray, pose: np.ndarray) -> np.ndarray:
     return np.concatenate([products(moved[:, :3], Q), moved[:, 3:]], axis=1)
 
 
-def zeros(size: int, like: Any) -> Rows:
-    """Return a square matrix of zeros, for the states of an array or for single scalars."""
-    if isinstance(like, np.ndarray):
-        return np.zeros((size, size, like.shape[-1]))
+def zeros(rates: Any) -> Rows:
+    """Return a square matrix of zeros as large as rates, an array in n states or scalars."""
+    size = len(rates)
+    if isinstance(rates, np.ndarray):
+        return np.zeros((size, *rates.shape))
     return [[0.0] * size for _ in range(size)]
 
 
