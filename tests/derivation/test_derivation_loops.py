@@ -137,6 +137,20 @@ def test_coordinates_that_follow_close_the_loops_to_rounding_at_every_order() ->
         np.testing.assert_allclose(gap.c[:, 1:], 0, rtol=0, atol=2e-15)
 
 
+def test_a_state_on_its_loops_up_to_rounding_is_taken_as_it_is() -> None:
+    """Only derivatives by the independent coordinates, and accelerations, follow from the loops."""
+    states = slider_crank(np.linspace(0.2, 2.8, 5), 1.7)
+    reduced, held = Reduced(states.mechanism), Held(states.mechanism)
+    (group,) = reduced._groups(states)
+    near = replace(states, q=states.q + 1e-13, v=states.v - 1e-13)
+    paths = reduced._paths(near, np.ones((5, 1)), group)
+    np.testing.assert_array_equal([path.c[0, 0] for path in paths], near.q.T)
+    np.testing.assert_array_equal([path.c[1, 0] for path in paths], near.v.T)
+    for gap in held.gaps(reduced._evaluate_poses(near, paths)[1]):
+        np.testing.assert_allclose(gap.c[2], 0, rtol=0, atol=2e-15)
+        assert np.abs(gap.c[:2, 0]).max() > 1e-14
+
+
 def test_the_constraints_of_a_slider_crank_are_those_of_its_closed_form() -> None:
     states = slider_crank(np.linspace(-3, 3, 7), 1.7)
     found = Held(states.mechanism).at(states)

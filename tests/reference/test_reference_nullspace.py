@@ -195,7 +195,9 @@ def test_the_rounding_of_a_combination_of_rows_is_that_of_its_parts() -> None:
 
 def test_rounding_of_scaled_rows_is_that_of_the_entries_they_are_made_of() -> None:
     """Of velocities in their units; entries that are zero have none."""
-    units = NaturalUnits(np.array([0.5, 4.0]), np.array([2.0, 10.0]), np.arange(2), lambda: 1e-14)
+    units = NaturalUnits(
+        np.array([0.5, 4.0]), np.array([2.0, 10.0]), np.array([0, 1]), lambda: 1e-14
+    )
     columns = np.array([[3.0, 0.0], [-4.0, 5.0]])
     metric = Metric(np.array([7.0, 2.0]), columns, np.linalg.inv(columns), np.ones(2), units)
     found = metric.rounding(np.array([[1e-3, 0.0], [1.0, -2.0]]))
