@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from scipy.linalg import null_space
@@ -9,8 +11,10 @@ from scipy.linalg import null_space
 import mecanique as mq
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import loops_of
+from mecanique.derivation.mechanics.vectors import Rows
 from mecanique.generation.mechanics.constrained import (
     FactorizedConstraints,
+    _reduce,
     independent,
     landing_of,
     sample,
@@ -18,6 +22,23 @@ from mecanique.generation.mechanics.constrained import (
 from mecanique.generation.mechanics.dynamics import Tree
 from mecanique.program.traced import trace
 from mecanique.verification.states import random_states
+
+
+def linkage(size: float) -> mq.Mechanism:
+    """A four-bar linkage of heavy links, but for its massless rod; size [m]."""
+    a, b, c, d = (size * length for length in (0.5, 1.2, 1.1, 1.3))
+    shapes = {"a": mq.rod(2.0, a, (1, 0, 0)), "b": mq.bar(b, (1, 0, 0)), "c": mq.rod(3.0, c)}
+    across = (0, -1, 0)
+    return mq.Mechanism(
+        "linkage",
+        (mq.Body("ground"), *(mq.Body(name, shape) for name, shape in shapes.items())),
+        (
+            mq.Revolute("A", "ground", "a", axis=across),
+            mq.Revolute("B", "a", "b", axis=across, origin=mq.Placement((a, 0, 0))),
+            mq.Revolute("C", "ground", "c", axis=across, origin=mq.Placement((d, 0, 0))),
+        ),
+        loops=(mq.Loop.pin("D", "b", (b, 0, 0), "c", (0, 0, c)),),
+    )
 
 
 def crank(rod: mq.Shape) -> mq.Mechanism:
@@ -40,7 +61,31 @@ def crank(rod: mq.Shape) -> mq.Mechanism:
     )
 
 
+def sleigh() -> mq.Mechanism:
+    """A blade on two slides, of which a flywheel drives the first one."""
+    turn = mq.coordinate("T")
+    return mq.Mechanism(
+        "sleigh",
+        (
+            *(mq.Body("ground"), mq.Body("carriage", mq.particle(1.5))),
+            *(mq.Body("cross", mq.particle(0.5)), mq.Body("wheel", mq.disk(2.0, 0.3))),
+            mq.Body("blade", mq.box(3.0, (0.5, 0.1, 0.2)).at((0.2, 0.1, 0))),
+        ),
+        (
+            mq.Prismatic("X", "ground", "carriage", axis=(1, 0, 0)),
+            mq.Prismatic("Y", "carriage", "cross", axis=(0, 1, 0)),
+            mq.Revolute("T", "cross", "blade", axis=(0, 0, 1)),
+            mq.Revolute("F", "ground", "wheel", axis=(0, 0, 1)),
+        ),
+        velocity_constraints=(
+            mq.VelocityConstraint("drives", {"X": 2.0, "F": -0.3}, rate=mq.sin(mq.time())),
+            mq.VelocityConstraint("cuts", {"X": mq.sin(turn), "Y": -mq.cos(turn)}),
+        ),
+    )
+
+
 MECHANISMS = {
+    "a drive and a blade": sleigh(),
     "a loop": mq.textbook.load("four_bar_linkage"),
     "several loops": mq.textbook.load("chained_four_bars"),
     "a wheel": mq.textbook.load("rolling_coin"),
@@ -48,6 +93,8 @@ MECHANISMS = {
     "eliminated velocities": mq.textbook.load("rattleback"),
     "a heavy rod": crank(mq.rod(0.7, 1.2, (1, 0, 0))),
     "a massless rod": crank(mq.bar(1.2, (1, 0, 0))),
+    "a massless rod of a tiny linkage": linkage(1e-4),
+    "a massless rod of a vast linkage": linkage(1e4),
 }
 
 
@@ -122,3 +169,24 @@ def test_rows_that_follow_from_others_are_left_out(
 ) -> None:
     shape = (len(jacobians), len(jacobians[0]), -1) if jacobians[0] else (2, 0, 3)
     assert independent(np.array(jacobians).reshape(shape)) == kept
+
+
+def test_velocities_with_a_constant_factor_of_their_own_are_expressed_by_the_others() -> None:
+    """Their rows form a diagonal of numbers; J a = −γ in these rows for any others."""
+    s = Fraction(1, 3)  # of what varies, as it is no float
+    J: Rows = [
+        [2.0, 0.0, s, 0.0],
+        [0.0, -4.0, 2 * s, 0.0],
+        [1.0, 0.0, 0.0, 5.0],  # its first velocity is taken
+        [0.0, 0.0, 7 * s, 3.0],
+    ]
+    gamma = [0.5, -1.5, 2.5, 3.5]
+    reduced = _reduce(J, gamma)
+    assert reduced.pivots == {0: 0, 1: 1, 3: 3}
+    assert reduced.others == [2]
+    S, c = (np.array(part, dtype=float) for part in (reduced.spread, reduced.rest))
+    for b in (0.0, 1.7):
+        a = S[:, 0] * b + c
+        assert a[2] == b
+        for k in reduced.pivots:
+            assert np.array(J[k], dtype=float) @ a == pytest.approx(-gamma[k], rel=1e-14)

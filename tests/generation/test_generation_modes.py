@@ -4,13 +4,27 @@ from __future__ import annotations
 
 import shutil
 from dataclasses import replace
+from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import mecanique as mq
+from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.switching import (
+    Terms,
+    accelerate,
+    close_contacts,
+    name_mode,
+)
+from mecanique.generation.mechanics.constrained import inputs_at
+from mecanique.generation.mechanics.switching import SwitchingEquations
+from mecanique.program.evaluation import evaluate
+from mecanique.program.traced import trace, values_of
 from mecanique.verification import modes
+from mecanique.verification.states import random_states
 
 G = 9.81
 COMPILER = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
@@ -36,6 +50,85 @@ def test_every_mode_and_impact_is_written_and_agrees(target: str) -> None:
         "impact_cloth_slips_plus",
         "impact_cloth_slips_minus",
     ]
+
+
+def test_slip_in_a_plane_has_the_root_of_the_sum_of_squares_for_its_length() -> None:
+    ball = mq.textbook.load("billiard_ball")
+    letters = Letters(close_contacts(ball))
+    equations = SwitchingEquations(ball, letters, lambda _: False)
+    parts = [trace(letters.tape, letters.tape.input(name)) for name in "ab"]
+    values = values_of([equations.length(parts[0]), equations.length(*parts)])
+    (lengths,) = evaluate(letters.tape, values, {"a": -3.0, "b": 4.0}, 1)
+    np.testing.assert_allclose(lengths, [3.0, 5.0], rtol=1e-15, atol=0)
+
+
+def block() -> mq.Mechanism:
+    """A block on a spring, with friction against a belt and a wall to stop it."""
+    return mq.Mechanism(
+        "block",
+        (mq.Body("ground"), mq.Body("block", mq.box(2.0, (0.1, 0.1, 0.1)))),
+        (mq.Prismatic("slide", "ground", "block", axis=(0.6, 0, 0.8), coordinate="x"),),
+        forces=(mq.JointSpring("spring", "slide", 80.0),),
+        switching=(
+            mq.Friction("dry", "slide", 0.1, 20.0, speed=0.3, mu_static=0.15),
+            mq.Stop("wall", "slide", at=0.7, restitution=0.5),
+        ),
+        gravity=(0, 0, -G),
+    )
+
+
+def rolled() -> mq.Mechanism:
+    """A ball in space on cloth, thrown by a force."""
+    return mq.Mechanism(
+        "rolled",
+        (mq.Body("ground"), mq.Body("ball", mq.ball(0.2, 0.03))),
+        (mq.Floating("free", "ground", "ball"),),
+        forces=(mq.Force("push", "ball", (0, 0, 0.01), (0.3, -0.4, 0.5)),),
+        switching=(mq.Contact("cloth", "ball", radius=0.03, mu=0.2, mu_static=0.3),),
+        gravity=(0, 0, -G),
+    )
+
+
+@pytest.mark.parametrize("mechanism", [block(), rolled()], ids=lambda mechanism: mechanism.name)
+def test_terms_and_modes_on_a_tape_are_those_of_the_engine(mechanism: mq.Mechanism) -> None:
+    states = random_states(replace(mechanism, switching=()), 1, 3)
+    bench = modes._Bench(mechanism, states, 1e-9)
+    letters = Letters(close_contacts(mechanism))
+    equations = SwitchingEquations(mechanism, letters, lambda _: False)
+    inputs = inputs_at(letters, states)
+
+    def numbers(scalars: Any) -> np.ndarray:
+        values = values_of(list(np.ravel(scalars)))
+        return np.asarray(evaluate(letters.tape, values, inputs, 1)[0])
+
+    for field in Terms._fields:
+        expected = getattr(bench.theirs, field)[0]
+        if field == "drift":  # of joints alone
+            expected = expected[len(equations.contacts) :]
+        np.testing.assert_allclose(
+            numbers(getattr(equations.terms, field)),
+            np.ravel(expected),
+            rtol=0,
+            atol=1e-12 * float(np.abs(expected).max(initial=1.0)),
+            err_msg=field,
+        )
+    drive = accelerate(equations.terms, equations.elements)
+    told = 0
+    for chosen in product(*(element.states for element in mechanism.switching)):
+        named = dict(zip((e.name for e in mechanism.switching), chosen, strict=True))
+        expected, condition = bench.solve(named, bench.theirs)
+        if condition[0] > 1e8:
+            continue  # rigid bodies do not determine its forces
+        mode = name_mode(equations.elements, named, (np.cos(1.0), np.sin(1.0)))
+        a, forces = equations.solve(mode, drive)
+        rows = [row for element in equations.elements for row in element.rows]
+        solved = numbers([*a, *forces[rows]])
+        size = float(np.abs(expected).max())
+        np.testing.assert_allclose(
+            solved, expected[0], rtol=0, atol=1e-11 * size, err_msg=str(mode)
+        )
+        told += 1
+    assert told >= 3
 
 
 @COMPILER

@@ -94,6 +94,15 @@ def test_without_a_difference_there_is_no_cause() -> None:
     assert causes_of(mechanism, states, told_by(mechanism)(states)) == ()
 
 
+@pytest.mark.parametrize(("size", "told"), [(0.9e-9, False), (1.1e-9, True)])
+def test_a_difference_below_a_billionth_has_no_cause(size: float, told: bool) -> None:
+    mechanism = mq.textbook.load("rigid_bar_pendulum")
+    states = random_states(mechanism, 4, 0)
+    # mass matrix, bias and gravity weigh one each
+    theirs = {k: x * (1 + size / np.sqrt(3)) for k, x in told_by(mechanism)(states).items()}
+    assert bool(causes_of(mechanism, states, theirs)) == told
+
+
 def test_what_no_single_change_explains_is_not_explained() -> None:
     mechanism = MODELS["panda"]()
     states = random_states(mechanism, 10, 0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
-from itertools import pairwise
+from itertools import pairwise, permutations
 from types import SimpleNamespace
 from typing import Any
 
@@ -726,3 +726,99 @@ def test_each_family_of_a_joint_moves_turns_or_tilts_it_as_it_says() -> None:
         digits = Amount.of_all(np.degrees(x), 180.0)
         assert found["tilt"].amount(x) == digits
         assert f"({', '.join(f'{c:.6g}' for c in turned)})" in found["tilt"].say(x, x)
+
+
+def test_slips_of_every_joint_are_those_of_each_together() -> None:
+    """Only where more than one can be made: both joints are displaced, the second alone turned."""
+    some = evidence()
+    found = {frames.text: frames for frames in joints._variants(some)}
+    together = {text: f for text, f in found.items() if " of every joint: " in text}
+    assert {text.split()[0] for text in together} == {"position"}
+    for text, frames in together.items():
+        assert frames.where == ""
+        assert frames.tree.origins.keys() == {0, 1}
+        for k, joint in enumerate(("one", "two")):
+            single = found[text.replace("every joint", f"joint {joint!r}")]
+            assert (single.kind, single.where) == (frames.kind, f"joint {joint!r}")
+            np.testing.assert_array_equal(single.tree.origins[k], frames.tree.origins[k])
+    for factor, kind, text in slips.MILLIMETERS:
+        for of, power in (("joints, centers and inertias", 2), ("joints and centers", 0)):
+            scaled = found[f"every length, of {of}: {text} ({slips.say_factor(factor)})"]
+            assert (scaled.kind, scaled.where) == (kind, "")
+            for k, (X, J) in enumerate(
+                zip(some.recursion.origins, some.recursion.moments, strict=True)
+            ):
+                m, c, inertia = links.parts_of(J)
+                np.testing.assert_allclose(
+                    scaled.tree.origins[k][:3],
+                    np.c_[X[:3, :3], factor * X[:3, 3]],
+                    rtol=1e-12,
+                    atol=0,
+                )
+                expected = moments_of(m, factor * c, factor**power * inertia)
+                np.testing.assert_allclose(
+                    scaled.tree.moments[k],
+                    expected,
+                    rtol=0,
+                    atol=1e-12 * float(np.abs(expected).max()),
+                )
+
+
+def test_other_axes_of_a_joint_are_each_tried_once() -> None:
+    """Its own the other way, x, y and z both ways, and with its entries exchanged or reversed."""
+    axis = np.array([0.6, 0.0, 0.8])
+    first, *others = joints._axes(evidence(), 0)
+    assert first.text == "axis of joint 'one': reversed"
+    wanted = {tuple(sign * e) for e in np.eye(3) for sign in (1, -1)}
+    wanted |= {tuple(axis[list(order)]) for order in permutations(range(3))}
+    wanted |= {(-0.6, 0.0, 0.8), (0.6, 0.0, -0.8)}
+    wanted -= {tuple(axis)}
+    found = [(f.text, tuple((f.tree.turns[0][:3, :3] @ axis).round(9) + 0.0)) for f in others]
+    assert sorted(turned for _, turned in found) == sorted(wanted)
+    for text, turned in found:
+        assert text == f"axis of joint 'one' along ({', '.join(f'{x:.6g}' for x in turned)})"
+    np.testing.assert_allclose(first.tree.turns[0][:3, :3] @ axis, -axis, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("wrong", [1, 3])
+def test_of_each_way_the_three_joints_that_explain_most_get_a_closer_look(wrong: int) -> None:
+    """One of five joints is shifted by a little along its y: no other explains it as well."""
+    bodies, chain, last = [mq.Body("ground")], list[mq.Joint](), "ground"
+    random = np.random.default_rng(7)
+    for k in range(5):
+        x, y, z, *rpy = random.uniform(0.2, 0.9, 6).tolist()
+        bodies.append(mq.Body(f"b{k}", mq.box(1.0 + k, (0.3, 0.2, 0.5)).at((0.1, 0.3, -0.2))))
+        place = mq.Placement((x, y, z), tuple(rpy))
+        chain.append(mq.Revolute(f"j{k}", last, f"b{k}", axis=(0.6, 0, 0.8), origin=place))
+        last = f"b{k}"
+    ours = mq.Mechanism("chain", tuple(bodies), tuple(chain), gravity=(0, 0, -9.81))
+    states = random_states(ours, 5, 0)
+    some = Evidence.of(ours, states, told_by(ours)(states))
+    assert some is not None
+    X = some.recursion.origins[wrong].copy()
+    X[1, 3] += 1e-4
+    some.tau = some.change([TreeChange(origins={wrong: X})])[0]
+
+    def residuals(trees: list[TreeChange]) -> Array:
+        return np.asarray(some.weigh(some.change(trees) - some.tau))
+
+    by_joint = [dict(joints._families(some, k)) for k in range(5)]
+    kept = joints._choose(by_joint, residuals, some.weigh(some.base - some.tau))
+    ways = {id(family): name for ways in by_joint for name, family in ways.items()}
+    for name in by_joint[0]:
+        chosen = [family for family in kept if ways[id(family)] == name]
+        assert len(chosen) == 3
+        if len(chosen[0].starts[0]) > 1:
+            continue
+        # what it leaves by a small change, by differences of another size to both sides
+        left = []
+        for family in (joint[name] for joint in by_joint):
+            rise, fall = residuals([family.change(np.array([x])) for x in (1e-5, -1e-5)])
+            off, slope = some.weigh(some.base - some.tau), rise - fall
+            along = slope * (slope @ off) / max(float(slope @ slope), 1e-20)
+            left.append(float(np.linalg.norm(off - along)))
+        by_family = dict(zip((id(joint[name]) for joint in by_joint), left, strict=True))
+        least = sorted(by_family[id(family)] for family in chosen)
+        np.testing.assert_allclose(least, sorted(left)[:3], rtol=1e-3, atol=1e-4 * max(left))
+    shifted = by_joint[wrong]["shift y"]
+    assert any(family is shifted for family in kept)

@@ -395,7 +395,7 @@ def give(value: float, sigma: float) -> str:
 
 def give_all(values: Array) -> str:
     """Return fitted numbers in a row."""
-    return ", ".join(f"{value:.6g}" for value in values)
+    return ", ".join(f"{value:.6g}" for value in values + 0.0)  # not −0
 
 
 def say_turn(x: Array) -> str:
