@@ -12,6 +12,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.formats.mjcf import read_mjcf
+from mecanique.verification.engines import read_by
 
 TIP = '<body name="b" pos="0.1 0.2 -0.3">{}</body>'
 
@@ -476,7 +477,7 @@ LIMB = (
     '<option gravity="0 0 -1"/><default><joint stiffness="3"/><geom density="500"/>'
     '<default class="soft"><joint stiffness="0.7"/></default></default><asset>'
     '<mesh name="tetrahedron" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset><worldbody>'
-    '<geom size="0.3" pos="0.1 0.2 0"/><frame pos="0 0 5" childclass="soft">'
+    '<geom size="0.3" pos="0.1 0.2 0"/><frame name="f" pos="0 0 5" childclass="soft">'
     '<body name="a" pos="1 2 3" euler="0.1 0.2 0.3"><joint name="j" axis="0 1 0" ref="0.5"/>'
     '<geom type="mesh" mesh="tetrahedron"/><body name="b" pos="0.3 0 0">'
     '<joint name="k" axis="1 1 0"/><geom size="0.1" pos="0 0.2 0.3"/></body></body></frame>'
@@ -492,6 +493,7 @@ ATTACHED = {
     "in a body that moves": f'<body>{HINGE}{GEOM}<attach model="limb" prefix="x_"/></body>',
     "a body": '<frame euler="10 20 30" childclass="main">'
     '<attach model="limb" body="a" prefix="x_"/></frame>',
+    "a frame": '<attach model="limb" frame="f" prefix="x_"/>',
     "twice": '<attach model="limb" prefix="x_"/><attach model="limb" body="b" prefix="y_"/>',
     "a model in a model": '<attach model="pair" prefix="y_"/>',
 }
@@ -507,6 +509,20 @@ def test_models_are_attached_as_mujoco_does(name: str) -> None:
     text = world(ATTACHED[name], asset).format('<model name="pair" file="pair.xml"/>')
     Path("main.xml").write_text(text, encoding="utf-8")
     expect_the_same(read_mjcf("main.xml"), text)
+
+
+@pytest.mark.parametrize("policy", ["", 'conflict="warning"', 'conflict="merge"'])
+def test_options_of_attached_models_count_as_mujoco_lets_them(policy: str) -> None:
+    Path("limb.xml").write_text(LIMB, encoding="utf-8")
+    asset = f'<compiler {policy}/><asset><model name="limb" file="limb.xml"/></asset>'
+    text = world('<attach model="limb" prefix="x_"/>', asset)
+    Path("main.xml").write_text(text, encoding="utf-8")
+    if "merge" not in policy:
+        expect_the_same(read_mjcf("main.xml"), text)
+        return
+    assert mujoco.MjModel.from_xml_string(text).opt.gravity[2] == -1
+    with pytest.raises(mq.InputError, match=r"conflict='merge' of <compiler>, which is not"):
+        read_mjcf("main.xml")
 
 
 def norm(text: str, q: Any, v: Any) -> tuple[Any, Any, Any]:
@@ -548,7 +564,9 @@ def test_the_armature_of_a_free_joint_resists_as_a_mass_without_weight() -> None
     text = body('<joint type="free" armature="0.4"/>' + GEOM + SECOND)
     mechanism, random = read_mjcf(text), np.random.default_rng(3)
     engine = mq.Reference(mechanism)
-    assert "The energy counts the weight of the armature at 'b'" in mechanism.about
+    model = mujoco.MjModel.from_xml_string(text)
+    model.opt.enableflags = int(mujoco.mjtEnableBit.mjENBL_ENERGY)
+    data, offs = mujoco.MjData(model), []
     for _ in range(5):
         q, v = mechanism.neutral(), random.uniform(-1, 1, mechanism.nv)
         q[:3], turned = random.uniform(-1, 1, 3), random.uniform(-1, 1, 4)
@@ -556,6 +574,12 @@ def test_the_armature_of_a_free_joint_resists_as_a_mass_without_weight() -> None
         mass, bias, passive = norm(text, q, v)
         close(engine.mass_matrix(q), mass, mass)
         close(engine.inverse_dynamics(q, v, np.zeros(mechanism.nv)), bias - passive, mass)
+        data.qpos[:] = q
+        data.qpos[3:7] = np.roll(q[3:7], 1)
+        mujoco.mj_forward(model, data)
+        energy = engine.energy(q, v)
+        offs.append(energy.potential - data.energy[0])
+    assert np.ptp(offs) < 1e-9
 
 
 def test_gravity_compensated_by_actuators_is_told() -> None:
@@ -563,6 +587,8 @@ def test_gravity_compensated_by_actuators_is_told() -> None:
     mechanism = read_mjcf(world(text))
     assert "1 bound of actuators on the compensation of gravity" in mechanism.about
     assert mq.Reference(mechanism).acceleration([0.3]) == pytest.approx([0.0], abs=1e-12)
+    (found,) = read_by(mq.read(world(text)), ("mujoco",), 0)
+    assert found.alike == ("mecanique",)
 
 
 @pytest.mark.parametrize("name", [*(k for k in TEXTS if "sites" in k), "armature along joints"])
@@ -603,3 +629,17 @@ def expect_the_same(mechanism: mq.Mechanism, text: str) -> None:
         alone = bare.inverse_dynamics(q, v, still)
         close(alone, bias, mass)
         close(np.asarray(alone) - total, passive, mass)
+
+
+def test_a_capsule_fitted_to_a_mesh_without_a_longest_axis_is_refused() -> None:
+    """Of (0, e₁, e₂, e₃) two moments are equal, about (1, 1, 1) the largest: no axis is longest."""
+    corners = "0 0 0 1 0 0 0 1 0 0 0 {}"
+    asset = f'<asset><mesh name="m" vertex="{corners}"/></asset>'
+    text = body('<freejoint/><geom type="{}" mesh="m"/>').replace(
+        "<worldbody>", asset + "<worldbody>"
+    )
+    for form in ("capsule", "cylinder"):
+        expect_the_same(read_mjcf(text.format(1.5, form)), text.format(1.5, form))
+        with pytest.raises(mq.InputError, match=f"axis of a {form} fitted to a mesh as wide"):
+            read_mjcf(text.format(1, form))
+    expect_the_same(read_mjcf(text.format(1, "ellipsoid")), text.format(1, "ellipsoid"))

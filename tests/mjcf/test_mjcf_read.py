@@ -248,6 +248,19 @@ def test_files_named_in_included_files_stand_beside_the_main_or_the_included_one
         ),
         (model("", '<equality><weld body1="a"/></equality>'), "names a body that is not there"),
         (model("", '<equality><weld site1="a"/></equality>'), "names a site that is not there"),
+        (
+            model('<body><joint axis="1e200 1e200 1e200"/></body>'),
+            "a number is too large",
+        ),
+        (
+            model("", '<compiler eulerseq="xy"/>'),
+            "expected three of xyz or XYZ for eulerseq, got 'xy'",
+        ),
+        (
+            model('<body quat="0 0 0 0"/>'),
+            "quat of <body>: expected a direction with a length, got [0.0, 0.0, 0.0, 0.0]",
+        ),
+        (model('<body>\n<joint axis="0 0 0"/></body>'), "line 2: axis of <joint>: expected a dir"),
         (model('<include file="a.xml"/>'), "expected a file beside this one, got 'a.xml'"),
     ],
 )

@@ -90,8 +90,10 @@ def blame(
     The robots are tried from the given one on, until the fault has an effect.
     """
     random = np.random.default_rng(seed)
+    # Drake holds links that are called "world", as the root of ur5_robot is
+    robots = ROBOTS if root == "fixed" else ROBOTS[1:]
     for k in range(20):  # a link before the first joint moves nothing
-        robot = ROBOTS[(first + k) % len(ROBOTS)]
+        robot = robots[(first + k) % len(robots)]
         right = Path(mq.robot(robot)).read_text(encoding="utf-8")
         wrong = alter(right, fault, random)
         if wrong is None:

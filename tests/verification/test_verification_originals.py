@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 from dataclasses import replace
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -287,6 +288,26 @@ def test_pinocchio_is_asked_where_it_is_there(monkeypatch: pytest.MonkeyPatch) -
         )
         titles = [engine.title for engine in engines._choose(("pinocchio", "mujoco"))]
         assert titles == (["Pinocchio", "MuJoCo"] if there else ["MuJoCo"])
+
+
+def test_drake_finds_models_in_folders_beside(tmp_path: Path) -> None:
+    pytest.importorskip("pydrake")
+    config = '<model><name>{0}</name><sdf version="1.9">{0}.sdf</sdf></model>'
+    link = "<link name='b'><inertial><pose>0 0.1 0 0 0 0</pose><mass>2</mass></inertial></link>"
+    models = {
+        "inner": link,
+        "outer": "<include><uri>model://inner/inner.sdf</uri><name>i</name><pose>0 0 1 0 0 0</pose></include>"
+        "<joint name='j' type='revolute'><parent>world</parent><child>i::b</child>"
+        "<axis><xyz>1 0 0</xyz></axis></joint>",
+    }
+    for name, inside in models.items():
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "model.config").write_text(config.format(name), encoding="utf-8")
+        text = f'<sdf version="1.9"><model name="{name}">{inside}</model></sdf>'
+        (folder / f"{name}.sdf").write_text(text, encoding="utf-8")
+    (found,) = read_by(mq.read(tmp_path / "outer" / "outer.sdf"), ("drake",), 0)
+    assert found.alike == (OURS,)
 
 
 def test_drake_knows_joints_by_models_in_models() -> None:

@@ -38,12 +38,12 @@ from mecanique.formats.sources import (
     beyond,
     draw,
     placement_at,
+    refuse_overflow,
     resist_rates,
     turn_about,
     turn_from_z,
     turn_of,
     turn_of_unit,
-    unit_vector,
 )
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.tensor import tensor_of
@@ -56,6 +56,7 @@ from mecanique.model.expression import (
     coordinate,
     evaluate,
     plain,
+    position,
     symbols_in,
     velocity,
 )
@@ -65,6 +66,7 @@ from mecanique.model.forces import (
     Damper,
     Force,
     JointForce,
+    PotentialField,
     Spring,
     Torque,
 )
@@ -88,6 +90,9 @@ _MOST_IMMERSED = 8
 _NO_MASS = 1e-15
 """MuJoCo's mjMINVAL."""
 
+_ROUND = 1e-6
+"""Relative difference of a mesh's moments, of vertices in single precision, that fixes no axis."""
+
 _IN_PARTS = {"size", "polycoef", "stiffness", "damping"}
 """Attributes of which an element may give the first numbers, and its class the rest."""
 
@@ -101,6 +106,7 @@ _READ = {
     "geom": "name class type size pos fromto mass density shellinertia group rgba mesh quat "
     "axisangle xyaxes zaxis euler | contype conaffinity condim priority friction solmix solref "
     "solimp margin gap material hfield user fluidshape fluidcoef fitscale surfacevel",
+    "attach": "model body frame prefix",
     "frame": "name childclass pos quat axisangle xyaxes zaxis euler",
     "replicate": "count offset euler sep childclass",
     "mesh": "name class file vertex face scale refpos refquat inertia maxhullvert | content_type "
@@ -114,8 +120,8 @@ _READ = {
     "equality.joint": "name class active joint1 joint2 polycoef | solref solimp",
     "compiler": "angle eulerseq autolimits inertiafromgeom inertiagrouprange boundmass "
     "boundinertia balanceinertia settotalmass coordinate alignfree meshdir assetdir fitaabb "
-    "strippath | texturedir fusestatic discardvisual usethread convexhull exactmeshinertia "
-    "saveinertial conflict",
+    "strippath conflict | texturedir fusestatic discardvisual usethread convexhull "
+    "exactmeshinertia saveinertial",
     "option": "gravity density viscosity wind | timestep impratio magnetic integrator cone "
     "jacobian solver iterations tolerance ls_iterations ls_tolerance noslip_iterations "
     "noslip_tolerance ccd_iterations ccd_tolerance mpr_iterations mpr_tolerance sdf_iterations "
@@ -137,7 +143,8 @@ def read_mjcf(path_or_text: str | os.PathLike[str]) -> Mechanism:
         InputError: if it holds what is not read, with its line.
     """
     file = None if isinstance(path_or_text, str) and "<" in path_or_text else Path(path_or_text)
-    return _Reader(file).read(path_or_text)
+    with refuse_overflow(file):
+        return _Reader(file).read(path_or_text)
 
 
 @final
@@ -158,6 +165,7 @@ class _Model:
     fits_box: bool = False
     folder: str = ""
     strips: bool = False
+    conflict: str = "warning"
     classes: dict[str, dict[str, dict[str, str]]] = field(default_factory=lambda: {"main": {}})
     meshes: dict[str, Given] = field(default_factory=dict)
     solids: dict[str, Mass] = field(default_factory=dict)
@@ -352,7 +360,9 @@ class _Reader(Source):
         self._models[key] = _Model(path)
         model = self._compose(self.parse_inclusion(asset, path, key))
         if model.child("option") is not None:
-            # MuJoCo keeps those of the outermost model
+            if self._models[asset.model].conflict == "merge":
+                why = "the options of attached models count by conflict='merge' of <compiler>"
+                raise self.refuse(asset, f"{why}, which is not read: state them in this model")
             self.omitted["options of attached models"] += 1
         return model
 
@@ -375,7 +385,8 @@ class _Reader(Source):
         self, attach: Element, models: Mapping[str, Element], sections: list[Element]
     ) -> Element:
         """Return a frame with what is attached, which keeps settings and classes of its model."""
-        name, prefix = (attach.attributes.get(key) for key in ("model", "prefix"))
+        texts = self._attributes(attach, "attach", {})
+        name, prefix = texts.get("model"), texts.get("prefix")
         if prefix is None:
             raise self.refuse(attach, "<attach> has no prefix=…")
         if name is None or name not in models:
@@ -384,14 +395,16 @@ class _Reader(Source):
             raise self.refuse(attach, f"{message}; got {name!r}")
         whole, kind = models[name], "main"
         inside = [part for world in whole.all("worldbody") for part in world.children]
-        body = attach.attributes.get("body")
-        if body is not None:
-            inside, kind = self._find_body(attach, inside, body)
+        part = "frame" if "frame" in texts else "body"
+        if part in texts:
+            inside, kind = self._find_part(attach, inside, part, texts[part])
         held = {part.attributes.get("name") for top in inside for part in top.walk()} | {GROUND}
         # tendons first: what acts on those that are attached is attached, too
         for section in sorted(whole.children, key=lambda section: section.tag != "tendon"):
             if section.tag in (*_COUNTED, "equality"):
-                rows = [row for row in section.children if body is None or _refers(row) <= held]
+                rows = [
+                    row for row in section.children if part not in texts or _refers(row) <= held
+                ]
                 if section.tag == "tendon":
                     held |= {row.attributes.get("name") for row in rows}
                 named = tuple(_rename(row, prefix, "") for row in rows)
@@ -400,18 +413,18 @@ class _Reader(Source):
         frame = replace(whole, tag="frame", attributes={"childclass": kind}, children=named)
         return replace(frame, line=attach.line, file=attach.file)
 
-    def _find_body(
-        self, attach: Element, elements: Sequence[Element], name: str
+    def _find_part(
+        self, attach: Element, elements: Sequence[Element], tag: str, name: str
     ) -> tuple[list[Element], str]:
-        """Return the body of a model that is attached alone, and its class of defaults."""
+        """Return the body or frame of a model that is attached alone, and its class of defaults."""
         waiting = [(element, "main") for element in elements]
         while waiting:
             element, kind = waiting.pop(0)
-            if element.tag == "body" and element.attributes.get("name") == name:
+            if element.tag == tag and element.attributes.get("name") == name:
                 return [element], kind
             kind = element.attributes.get("childclass", kind)
             waiting += [(inner, kind) for inner in element.children]
-        raise self.refuse(attach, f"model {attach.attributes['model']!r} has no body {name!r}")
+        raise self.refuse(attach, f"model {attach.attributes['model']!r} has no {tag} {name!r}")
 
     # settings and defaults
 
@@ -419,6 +432,8 @@ class _Reader(Source):
         texts, s = self._attributes(element, "compiler", {}), self._models[element.model]
         s.degrees = texts.get("angle", "degree" if s.degrees else "radian") == "degree"
         s.sequence = texts.get("eulerseq", s.sequence)
+        if len(s.sequence) != 3 or not set(s.sequence) <= set("xyzXYZ"):
+            raise texts.refuse(f"expected three of xyz or XYZ for eulerseq, got {s.sequence!r}")
         s.autolimits = texts.get("autolimits", str(s.autolimits).lower()) == "true"
         s.from_geoms = texts.get("inertiafromgeom", s.from_geoms)
         low, high = texts.numbers("inertiagrouprange", s.groups)
@@ -429,6 +444,7 @@ class _Reader(Source):
         s.total = texts.number("settotalmass", s.total)
         s.fits_box = texts.get("fitaabb", str(s.fits_box).lower()) == "true"
         s.strips = texts.get("strippath", str(s.strips).lower()) == "true"
+        s.conflict = texts.get("conflict", s.conflict)
         s.folder = texts.get("meshdir", texts.get("assetdir", s.folder))
         given = texts.get("coordinate", "local"), texts.get("alignfree", "false")
         if given != ("local", "false"):
@@ -498,17 +514,17 @@ class _Reader(Source):
             raise texts.refuse(f"expected one orientation, got {' and '.join(given)}")
         match given:
             case ["quat"]:
-                return turn_of(texts.numbers("quat", (1, 0, 0, 0)))
+                return turn_of(texts.aim("quat", texts.numbers("quat", (1, 0, 0, 0))))
             case ["axisangle"]:
-                x, y, z, angle = texts.numbers("axisangle", (0,) * 4)
-                return turn_about((x, y, z), angle * unit)
+                *axis, angle = texts.numbers("axisangle", (0,) * 4)
+                return turn_about(texts.aim("axisangle", np.array(axis)), angle * unit)
             case ["xyaxes"]:
                 axes = texts.numbers("xyaxes", (0,) * 6)
-                x_axis = unit_vector(axes[:3])
-                y_axis = unit_vector(axes[3:] - (axes[3:] @ x_axis) * x_axis)
+                x_axis = texts.aim("xyaxes", axes[:3])
+                y_axis = texts.aim("xyaxes", axes[3:] - (axes[3:] @ x_axis) * x_axis)
                 return np.column_stack([x_axis, y_axis, np.cross(x_axis, y_axis)])
             case ["zaxis"]:
-                return turn_from_z(texts.numbers("zaxis", (0, 0, 1)))
+                return turn_from_z(texts.aim("zaxis", texts.numbers("zaxis", (0, 0, 1))))
             case ["euler"]:
                 angles = texts.numbers("euler", (0, 0, 0)) * unit
                 turn = np.eye(3)
@@ -704,7 +720,7 @@ class _Reader(Source):
         if form not in ("hinge", "slide"):
             message = f"expected a joint of type hinge, slide, ball or free, got {form!r}"
             raise self.refuse(element, message)
-        axis = unit_vector(frame[:3, :3] @ texts.numbers("axis", (0, 0, 1)))
+        axis = texts.aim("axis", frame[:3, :3] @ texts.numbers("axis", (0, 0, 1)))
         degrees = self._models[element.model].degrees
         unit = math.radians(1) if degrees and form == "hinge" else 1.0
         reference = unit * texts.number("ref", 0.0)
@@ -915,6 +931,8 @@ class _Reader(Source):
             raise texts.refuse("a geom fitted to the box around a mesh is not read")
         moments, axes = np.linalg.eigh(solid.inertia / solid.mass)
         moments, axes = moments[::-1], axes[:, ::-1]  # as MuJoCo orders them
+        if form in ("capsule", "cylinder") and moments[1] - moments[2] <= _ROUND * moments[0]:
+            raise texts.refuse(f"the axis of a {form} fitted to a mesh as wide as long is not read")
         a, b, c = np.sqrt(6 * np.maximum(moments.sum() - 2 * moments, 0)) / 2
         sizes = {
             "sphere": ((a + b + c) / 3, 0.0, 0.0),
@@ -1273,18 +1291,15 @@ class _Reader(Source):
         for link in self._links:
             weight = s.passive * link.lift * link.mass.mass
             self.lift(link.name, "gravcomp", link.mass.center, weight)
-            # that mass has no weight
-            self.lift(link.name, "armature", np.zeros(3), self._carried_along.get(link.name, 0.0))
+            if load := self._carried_along.get(link.name, 0.0):  # a mass without weight
+                weightless = load * np.dot(self.gravity, position())
+                self.forces.append(
+                    PotentialField(f"{link.name}_armature", link.name, (0.0,) * 3, weightless)
+                )
         if self._drives_lift and any(link.lift for link in self._links):
             self.omitted["bound of actuators on the compensation of gravity"] += 1
         name = root.attributes.get("model", "MuJoCo model")
-        return self.assemble(name, bodies, loops, follows, *self._heavier())
-
-    def _heavier(self) -> Iterator[str]:
-        loaded = [body for body, load in self._carried_along.items() if load]
-        if loaded:
-            names = ", ".join(map(repr, loaded))
-            yield f"The energy counts the weight of the armature at {names}, unlike MuJoCo's."
+        return self.assemble(name, bodies, loops, follows)
 
 
 def _overlay(defaults: Mapping[str, str], given: Mapping[str, str]) -> dict[str, str]:

@@ -25,6 +25,7 @@ from mecanique.formats.sources import (
     Source,
     draw,
     placement_at,
+    refuse_overflow,
     resist_rates,
     turn_of,
     unit_vector,
@@ -165,7 +166,8 @@ def read_sdf(
         InputError: if it holds what is not read, with its line.
     """
     file = None if isinstance(path_or_text, str) and "<" in path_or_text else Path(path_or_text)
-    return _Reader(file, package_path).read(path_or_text)
+    with refuse_overflow(file):
+        return _Reader(file, package_path).read(path_or_text)
 
 
 @final

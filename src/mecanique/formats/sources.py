@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, final
@@ -75,6 +76,26 @@ class Given(dict[str, str]):
     def number(self, name: str, default: float) -> float:
         """Return a number."""
         return float(self.numbers(name, (default,))[0])
+
+    def aim(self, name: str, values: Array) -> Array:
+        """Return the direction of an attribute's numbers as a vector of length one."""
+        try:
+            return unit_vector(values)
+        except InputError as error:
+            raise self.refuse(f"{name} of <{self.element.tag}>: {error}") from None
+
+
+@contextmanager
+def refuse_overflow(file: Path | None) -> Iterator[None]:
+    """Refuse a text whose numbers cannot be computed with."""
+    try:
+        with np.errstate(over="raise"):
+            yield
+    except ArithmeticError:
+        where = f"{file}: " if file is not None else ""
+        raise InputError(
+            f"{where}a number is too large to compute with, or zero where it divides; mend it"
+        ) from None
 
 
 class Source:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import logging
+import re
 import subprocess
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any, final
 
 import numpy as np
@@ -28,6 +30,7 @@ from mecanique.reference.originals.original import (
     turning,
 )
 from mecanique.reference.vectors import turn_of
+from mecanique.urdf.reading.packages import MeshSearch
 
 _SECONDS = 120.0
 """Time limit for a file [s]."""
@@ -82,7 +85,12 @@ def _answer(asked: dict[str, Any]) -> dict[str, Any]:
     log.addHandler(heard)
     log.propagate = False
     plant = MultibodyPlant(time_step=0.0)
-    Parser(plant).AddModelsFromString(asked["text"], asked["form"])
+    parser = Parser(plant)
+    search = MeshSearch(Path.cwd() / "text")
+    for name in set(re.findall(r"(?:model|package)://([^/<\"']+)", asked["text"])):
+        if (folder := search.package(name)) is not None:
+            parser.package_map().Add(name, str(folder))
+    parser.AddModelsFromString(asked["text"], asked["form"])
     plant.mutable_gravity_field().set_gravity_vector(asked["gravity"])
     for k in range(1, plant.num_bodies()) if asked["carried"] is not None else ():
         body = plant.get_body(BodyIndex(k))

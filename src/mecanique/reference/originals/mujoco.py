@@ -63,7 +63,9 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
         mass = np.zeros((model.nv, model.nv))
         for column, unit in zip(mass, np.eye(model.nv), strict=True):
             mujoco.mj_mulM(model, data, column, unit)
-        return mass, np.array(data.qfrc_bias), np.array(data.qfrc_passive)
+        # what actuators carry of the weight counts as theirs there
+        driven = model.jnt_actgravcomp[model.dof_jntid] * data.qfrc_gravcomp
+        return mass, np.array(data.qfrc_bias), data.qfrc_passive + driven
 
     return evaluate(q, v, joints, rest, answer)
 
