@@ -296,7 +296,8 @@ def test_drake_finds_models_in_folders_beside(tmp_path: Path) -> None:
     link = "<link name='b'><inertial><pose>0 0.1 0 0 0 0</pose><mass>2</mass></inertial></link>"
     models = {
         "inner": link,
-        "outer": "<include><uri>model://inner/inner.sdf</uri><name>i</name><pose>0 0 1 0 0 0</pose></include>"
+        "outer": "<include><uri>model://inner/inner.sdf</uri><name>i</name>"
+        "<pose>0 0 1 0 0 0</pose></include>"
         "<joint name='j' type='revolute'><parent>world</parent><child>i::b</child>"
         "<axis><xyz>1 0 0</xyz></axis></joint>",
     }
