@@ -193,7 +193,7 @@ ORDER: dict[str, list[str]] = {
         "motion",
         "ensemble inertial linear",
     ],
-    "motion.switching": ["rows", "law", "corners"],
+    "motion.switching": ["holding rows", "law", "corners"],
     "motion.simulation": [
         "problem",
         "integrators",

@@ -12,7 +12,7 @@ from rolling_samples import bowl, g, r, wheel
 import mecanique as mq
 from mecanique import Mechanism, Placement, Rolling, contact_events, simulate, textbook
 from mecanique.motion.analysis.audit import FrictionNeed
-from mecanique.motion.simulation.watching import pressings
+from mecanique.motion.switching.holding import Holding
 from mecanique.textbook.catalogue import entry
 
 TOP = {"free_z": r.value}
@@ -88,9 +88,12 @@ def test_friction_that_contacts_share_is_undetermined() -> None:
     assert [points[name][2] for name in points] == pytest.approx([0, 0], abs=1e-12)
     apart = points["left_contact"] - points["right_contact"]
     assert np.linalg.norm(apart) == pytest.approx(2 * cart.values["b"], rel=1e-12)
-    left, right = pressings(mq.Reference(cart), q[None], np.zeros((1, cart.nv)), np.zeros(1))
-    assert left[0] == pytest.approx(right[0], rel=1e-12)
-    assert np.isnan([left[1], right[1]]).all()
+    forces = Holding(cart).forces(np.zeros(1), q[None], np.zeros((1, cart.nv)))
+    left, right = (forces[f"{side}_contact: normal"] for side in ("left", "right"))
+    assert left == pytest.approx(right, rel=1e-12)
+    for side in ("left", "right"):
+        friction = np.hypot(forces[f"{side}_contact: x"], forces[f"{side}_contact: y"])
+        assert np.isnan(friction).all()
     need = FrictionNeed("left_contact", float("nan"), float("nan"))
     assert str(need) == "friction at left_contact: undetermined, other contacts share it"
 
@@ -140,6 +143,24 @@ def test_a_disk_that_slides_hold_upright_slips_at_once_where_friction_is_too_low
     assert not simulate(rough, duration=1.0).events
 
 
+def test_a_brake_in_the_axle_adds_to_the_friction_that_a_disk_needs() -> None:
+    """Of a couple c against the spin: tan(alpha)/3 + 2 c/(3 r m g cos(alpha))."""
+    disk = textbook.load("rolling_disk")
+    s, couple = disk.values, 0.5
+    weight = s["m"] * s["g"] * math.cos(s["alpha"])
+    needed = math.tan(s["alpha"]) / 3 + 2 * couple / (3 * s["R"] * weight)
+    axle = next(joint.name for joint in disk.joints if isinstance(joint, mq.Revolute))
+    brake = mq.Friction("brake", axle, 1.0, couple)
+    (contact,) = disk.contacts
+    assert isinstance(contact, Rolling)
+    for part, events in ((0.999, ["contact would slip"]), (1.001, [])):
+        rough = replace(contact, friction=part * needed)
+        braked = replace(disk, contacts=(rough,), switching=(brake,))
+        motion = simulate(braked, v={"turn": 2.0 / s["R"]}, duration=0.02)
+        assert [event.name for event in motion.events] == events
+        assert motion.audit().friction[0].coefficient == pytest.approx(needed, rel=1e-9)
+
+
 @pytest.mark.parametrize("samples", [3, 10, 100])
 def test_the_friction_needed_is_that_of_the_motion_not_of_its_samples(samples: int) -> None:
     coin, system = textbook.load("rolling_coin"), entry("rolling_coin")
@@ -148,5 +169,6 @@ def test_the_friction_needed_is_that_of_the_motion_not_of_its_samples(samples: i
         for n in (samples, 10_001)
     )
     (need,) = motion.audit().friction
-    ((normal, friction),) = pressings(dense.reference, dense.q, dense.v, dense.t)
-    assert need.coefficient == pytest.approx((friction / normal).max(), rel=1e-7)
+    normal, *friction = Holding(coin).forces(dense.t, dense.q, dense.v).values()
+    ratio = np.linalg.norm(friction, axis=0) / normal
+    assert need.coefficient == pytest.approx(ratio.max(), rel=1e-7)

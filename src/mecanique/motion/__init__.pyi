@@ -33,4 +33,4 @@ from mecanique.motion.motion import Motion as Motion, simulate as simulate
 from mecanique.motion.record.curve import State as State
 from mecanique.motion.record.events import Event as Event, Occurrence as Occurrence
 from mecanique.motion.trajectory import Statistics as Statistics
-from mecanique.motion.simulation.watching import contact_events as contact_events
+from mecanique.motion.switching.holding import contact_events as contact_events

@@ -29,7 +29,7 @@ from mecanique.motion.analysis.extremes import find_maxima
 from mecanique.motion.analysis.forces import Actions
 from mecanique.motion.compile.along import StateLaw
 from mecanique.motion.motion import Motion, simulate
-from mecanique.motion.record.curve import find_falls
+from mecanique.motion.record.curve import find_crossings
 from mecanique.motion.tolerances import INERTIAL_RTOL
 from mecanique.wording import Legible
 
@@ -390,4 +390,5 @@ def _maxima(motion: Motion, name: str) -> list[float]:
     place = curve.q[:, motion.mechanism.coordinates.index(name)]
     if np.ptp(place) < 1e-9 * (1 + np.abs(place).max()):
         return []
-    return find_falls(curve, lambda t, q, v: v[:, k : k + 1])[0]
+    (crossings,) = find_crossings(curve, lambda t, q, v: v[:, k : k + 1])
+    return [crossing.t for crossing in crossings if crossing.sign < 0]

@@ -20,7 +20,7 @@ from mecanique.motion.analysis.energies import Energies, energies, losses
 from mecanique.motion.output.plot import plot
 from mecanique.motion.output.report import summary
 from mecanique.motion.output.storage import load, save, to_csv, to_frame, to_parquet
-from mecanique.motion.record.curve import Curve, Times
+from mecanique.motion.record.curve import Curve, LaterCurve, Times
 from mecanique.motion.record.events import Event, ModeSpan, Occurrence, break_names
 from mecanique.motion.record.loops import ClosedLoops, begin_on_loops
 from mecanique.motion.simulation.choice import COMPILED
@@ -41,12 +41,13 @@ from mecanique.motion.simulation.problem import (
     span_and_tolerances,
 )
 from mecanique.motion.simulation.watching import (
-    find_breaks,
     joint_events,
     limit_events,
+    record_events,
     refuse_limit,
     report_end,
 )
+from mecanique.motion.switching.holding import Holding
 from mecanique.motion.trajectory import Statistics, Trajectory
 from mecanique.notebook import draw
 from mecanique.threads import one_thread_for_loops
@@ -376,18 +377,18 @@ def simulate(
     )
     course = integration.course()
     path, happened = course.path, course.events
-    if break_names(mechanism):
-        path = path if isinstance(path, Curve) else path.make()
-        known = {event.name for event in events}
-        breaks = find_breaks(reference, path)
-        happened += tuple(end for end in breaks if end.name not in known)
     modes: tuple[ModeSpan, ...] = ()
+    if isinstance(path, LaterCurve) and (events or break_names(mechanism)):
+        path = path.make()
     if corners is not None:
         path = path if isinstance(path, Curve) else path.make()
         # an impact at the start is over when the motion begins
         happened += tuple(replace(event, v=event.after) for event in started)
         modes = corners.spans(float(path.t[-1]))
         mechanism, shared = corners.as_loads(path), False
+    if isinstance(path, Curve):
+        known = Holding(mechanism, reference if shared else None)
+        happened += record_events(events, known, path)
     motion = Motion(
         mechanism,
         t=np.asarray(course.samples.t),

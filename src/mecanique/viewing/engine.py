@@ -16,6 +16,7 @@ from mecanique.arrays import spread
 from mecanique.derivation import derive
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.switching import list_holding_margins
 from mecanique.derivation.symbolic.forces import stored_in_loads
 from mecanique.derivation.tree.poses import times_point
 from mecanique.errors import DerivationError, MecaniqueError
@@ -31,7 +32,6 @@ from mecanique.generation.targets.javascript import functions as write_functions
 from mecanique.generation.targets.python import Python
 from mecanique.generation.verdict import CodeVerdict, cases_of, judge
 from mecanique.model.bodies.visuals import Mesh, Visual, measure
-from mecanique.model.constraint_base import PressingContact
 from mecanique.model.expression import Scalar, symbols_in
 from mecanique.model.expression import evaluate as evaluate_scalar
 from mecanique.model.force_base import End
@@ -45,8 +45,8 @@ from mecanique.motion.analysis.energies import is_rheonomic
 from mecanique.motion.analysis.forces import Action
 from mecanique.motion.motion import Motion
 from mecanique.motion.record.events import break_names
-from mecanique.motion.simulation.watching import margins_along
 from mecanique.motion.switching.corners import ElementForce
+from mecanique.motion.switching.holding import Holding
 from mecanique.motion.tolerances import AT_LIMIT
 from mecanique.program.evaluation import evaluate
 from mecanique.program.sweeps import push_forward
@@ -213,26 +213,6 @@ def _of_rules(mechanism: Mechanism) -> Iterator[tuple[Condition, tuple[Scalar, .
         yield Condition(kind, rule.where, words, len(scalars), strict, follows), scalars
 
 
-def margins_of(
-    dynamics: TapeDynamics, actions: FreeBodyForces
-) -> Iterator[tuple[str, tuple[Any, Any, Any]]]:
-    """Yield what holds until a margin a − √(b² + c²) passes zero: its name, and a, b, c [N]."""
-    mechanism, letters = dynamics.letters.mechanism, dynamics.letters
-    margins: list[tuple[Any, Any, Any]] = []
-    rolling = [contact for contact in mechanism.contacts if isinstance(contact, PressingContact)]
-    if rolling:
-        multipliers = dict(zip(dynamics.loops.names, dynamics.multipliers, strict=True))
-        for contact in rolling:
-            N, x, y = (multipliers[f"{contact.name}: {row}"] for row in contact.rows)
-            margins.append((N, 0.0, 0.0))
-            if contact.friction is not None:
-                most = letters.arithmetic(contact.friction, letters.values) * N
-                margins.append((most, x, y))
-    for element in mechanism.elements:
-        margins += [(actions.guide_sizes[name], 0.0, 0.0) for name in element.tensions]
-    yield from zip(break_names(mechanism), margins, strict=True)
-
-
 WORK = "work done"
 """Name on the tape of the work that has been done, which comes after the state."""
 
@@ -357,7 +337,7 @@ class Maker:
             "bounds": [x for _, pair in bounds for x in pair],
             "rules": [x for _, group in conditions for x in group],
             "gradients": gradients_of(motion, self._letters),
-            "margins": [x for group in margins.values() for x in group],
+            "margins": list(margins.values()),
         }
         functions |= {name: scalars for name, scalars in not_always.items() if scalars}
         answers = [self._answer(name, scalars) for name, scalars in functions.items()]
@@ -473,22 +453,28 @@ class Maker:
             return []
         return [*(x for row in self._dynamics.mass_matrix for x in row), *self._dynamics.drive]
 
-    def _margins(self, chosen: np.ndarray) -> dict[str, tuple[Any, Any, Any]]:
+    def _margins(self, chosen: np.ndarray) -> dict[str, Any]:
         """What contacts and cords have left, where the program gives it as the reference does."""
-        margins = dict(margins_of(self._dynamics, self._actions))
-        if not margins:
+        motion, mechanism, letters = self._motion, self._mechanism, self._letters
+        names = break_names(mechanism)
+        if not names:
             return {}
-        motion = self._motion
-        numbers = self._evaluate([x for margin in margins.values() for x in margin], chosen)
-        a, b, c = np.moveaxis(numbers.reshape(len(chosen), -1, 3), 2, 0)
-        known = margins_along(
-            motion.reference, motion.q[chosen], motion.v[chosen], motion.t[chosen]
+        forces = dict(self._actions.guide_sizes)
+        if mechanism.contacts:
+            loops = self._dynamics.loops
+            forces |= zip(loops.names, self._dynamics.multipliers, strict=True)
+        margins = list_holding_margins(
+            mechanism,
+            forces,
+            lambda scalar: letters.arithmetic(scalar, letters.values),
+            lambda x, y: letters.call("sqrt", x * x + y * y),
         )
-        gaps = np.abs(a - np.hypot(b, c) - known).max(axis=0)
+        holding = Holding(motion.mechanism, motion.reference)
+        known = holding.margins(motion.t[chosen], motion.q[chosen], motion.v[chosen])
+        gaps = np.abs(self._evaluate(margins, chosen) - known).max(axis=0)
         near = gaps <= PAGE_ALIKE * np.abs(known).max(axis=0)  # not where they are undetermined
-        return {
-            name: margin for (name, margin), same in zip(margins.items(), near, strict=True) if same
-        }
+        listed = zip(names, margins, near, strict=True)
+        return {name: margin for name, margin, same in listed if same}
 
     def _answer(self, name: str, scalars: Sequence[Any]) -> Answer:
         values = tuple(values_of(scalars))

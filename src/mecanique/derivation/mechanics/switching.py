@@ -9,7 +9,7 @@ comes first: `terms.gaps.T[row]` is the gap of a row in any of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, TypeAlias, final
 
@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.errors import InputError
-from mecanique.model.constraint_base import JointRow
+from mecanique.model.constraint_base import GuidingElement, JointRow, PressingContact
 from mecanique.model.constraints.friction import Contact, Switching
 from mecanique.model.expression import Scalar, coordinate, symbols_in
 from mecanique.model.joint_base import Single
@@ -62,7 +62,7 @@ class Terms(NamedTuple):
 class ElementRows:
     """Which rows an element has, and what its laws are."""
 
-    element: Switching
+    element: Switching | PressingContact | GuidingElement
     normal: int | None  # its row of the gap; None if it only rubs
     tangents: tuple[int, ...]  # its rows along which it rubs
     pressing: int | None = None  # the row whose force its friction goes by
@@ -133,6 +133,43 @@ def list_elements(
         rows if (by := rows.element.pressed_by) is None else replace(rows, pressing=normals[by])
         for rows in elements
     )
+
+
+def list_holding(mechanism: Mechanism, names: Sequence[str]) -> Iterator[ElementRows]:
+    """Yield what holds in every mode, by the names of forces: what rolls, and cords that pull."""
+    for contact in mechanism.contacts:
+        if isinstance(contact, PressingContact):
+            normal, *tangents = (names.index(f"{contact.name}: {row}") for row in contact.rows)
+            yield ElementRows(contact, normal, tuple(tangents), pressing=normal)
+    for element in mechanism.elements:
+        for name in element.tensions:
+            yield ElementRows(element, names.index(name), ())
+
+
+def list_holding_margins(
+    mechanism: Mechanism,
+    forces: Mapping[str, Any],
+    evaluate: Callable[[Scalar], Any],
+    length: Callable[..., Any],
+) -> list[Any]:
+    """Return what rolling contacts and cords have left, in the order of `break_names`.
+
+    They are elements of one state: what rolls sticks, and a cord is closed.
+
+    Args:
+        mechanism: whose they are.
+        forces: normal forces, friction and tensions, by name.
+        evaluate: gives coefficients of friction.
+        length: as of `list_margins`.
+    """
+    elements = tuple(list_holding(mechanism, list(forces)))
+    mode = tuple(ElementState(rows.states[1]) for rows in elements)
+    asked = [getattr(rows.element, "friction", None) for rows in elements]
+    static = [0.0 if mu is None else evaluate(mu) for mu in asked]
+    limits, apart = (static, [rows.holds for rows in elements]), np.zeros(len(forces))
+    pairs = list_margins(elements, mode, (apart, apart), list(forces.values()), limits, length)
+    listed = zip(asked, pairs, strict=True)
+    return [margin for mu, pair in listed for margin in (pair[:1] if mu is None else pair)]
 
 
 def as_scalars(scalars: Iterable[Any]) -> Scalars:
@@ -328,8 +365,8 @@ def list_margins(
     elements: Sequence[ElementRows],
     mode: Mode,
     moved: tuple[Scalars, Scalars],
-    forces: Scalars | None,
-    limits: tuple[Scalars, Sequence[Any]],
+    forces: Scalars | Sequence[Any] | None,
+    limits: tuple[Scalars | Sequence[Any], Sequence[Any]],
     length: Callable[..., Any],
 ) -> list[tuple[Any, Any]]:
     """Return what each element has left in its state: its gap or what presses, its friction.
@@ -380,6 +417,6 @@ def list_present_margins(
     return list_margins(elements, mode, (terms.gaps, terms.rates), forces, limits, length)
 
 
-def friction_limit(element: ElementRows, coefficient: Any, forces: Scalars) -> Any:
+def friction_limit(element: ElementRows, coefficient: Any, forces: Scalars | Sequence[Any]) -> Any:
     """Return the most friction of an element, by its coefficient and the forces along rows."""
     return coefficient if element.pressing is None else coefficient * forces[element.pressing]

@@ -10,12 +10,12 @@ import numpy as np
 
 from mecanique.arrays import spread
 from mecanique.errors import InputError, UnknownNameError
-from mecanique.model.constraint_base import PressingContact
 from mecanique.motion.analysis.energies import balance_energy
 from mecanique.motion.analysis.extremes import find_maxima
-from mecanique.motion.compile.along import StateLaw, StateSums
+from mecanique.motion.compile.along import StateSums
 from mecanique.motion.record.curve import State
-from mecanique.motion.simulation.watching import pressings
+from mecanique.motion.record.events import break_names
+from mecanique.motion.switching.holding import Holding
 from mecanique.motion.tolerances import BALANCED, SLACK_CORD
 from mecanique.motion.trajectory import Trajectory, look_along
 from mecanique.wording import Legible, say_count, write_table
@@ -213,34 +213,36 @@ def _list_unmet(motion: Trajectory) -> tuple[list[AuditRow], tuple[FrictionNeed,
 
     A force that is not known is not held against the motion.
     """
-    mechanism, reference = motion.mechanism, motion.reference
-    contacts = [c.name for c in mechanism.contacts if isinstance(c, PressingContact)]
-    cords = [name for element in mechanism.elements for name in element.tensions]
-    if not contacts and not cords:
+    if not break_names(motion.mechanism):
         return [], ()
+    from mecanique.derivation.mechanics.switching import list_holding
+
+    holding = Holding(motion.mechanism, motion.reference)
+    first = motion.curve
+    names = [*holding.forces(first.t[:1], first.q[:1], first.v[:1])]
+    elements = list(list_holding(motion.mechanism, names))
 
     def measure(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        forces = StateLaw(mechanism, reference).guide_forces(t, q, v)
-        rubbing = [(forces[name], np.zeros(len(t))) for name in cords]
-        columns = []
-        for force, friction in (*rubbing, *pressings(reference, q, v, t)):
+        forces, columns = [*holding.forces(t, q, v).values()], list[np.ndarray]()
+        for element in elements:
+            force = forces[element.rows[0]]
+            friction = np.linalg.norm([forces[k] for k in element.tangents] or force * 0.0, axis=0)
             with np.errstate(all="ignore"):
                 ratio = np.where(force > 0, friction / force, np.nan)
             columns += [-force, np.abs(force), ratio]
         return np.column_stack(columns)
 
-    most = find_maxima(motion.curve, measure)
-    words = [f"push of {name}, slack" for name in cords]
-    words += [f"pull of {name}, off" for name in contacts]
     rows, needs = list[AuditRow](), list[FrictionNeed]()
-    largest, times = (part.reshape(-1, 3) for part in most)
-    for name, (wrong, size, _), (time, *_) in zip(words, largest, times, strict=True):
+    largest, times = (part.reshape(-1, 3) for part in find_maxima(motion.curve, measure))
+    for element, (wrong, size, ratio), when in zip(elements, largest, times, strict=True):
         force = max(float(np.nan_to_num(wrong)), 0.0)
         relative = force / (float(np.nan_to_num(size)) or 1.0)
-        rows.append(AuditRow(name, force, relative, SLACK_CORD, "N", float(np.nan_to_num(time))))
-    count = len(cords)
-    for name, values, when in zip(contacts, largest[count:], times[count:], strict=True):
-        needs.append(FrictionNeed(name, float(values[2]), float(when[2])))
+        words = f"push of {names[element.rows[0]]}, slack"
+        if element.tangents:
+            words = f"pull of {element.name}, off"
+            needs.append(FrictionNeed(element.name, float(ratio), float(when[2])))
+        time = float(np.nan_to_num(when[0]))
+        rows.append(AuditRow(words, force, relative, SLACK_CORD, "N", time))
     return rows, tuple(needs)
 
 

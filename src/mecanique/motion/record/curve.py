@@ -344,23 +344,47 @@ def interpolate(
     return a * y[0] + b * y[1] + bend
 
 
-def find_falls(
-    curve: Curve, quantities: Callable[[Array, Array, Array], Array]
-) -> list[list[float]]:
-    """Return when each of some quantities, shape (n, k), falls through zero along a curve [s]."""
-    from scipy.optimize import brentq
+class Crossing(NamedTuple):
+    """When a quantity passes zero [s], and its sign afterwards."""
 
-    times = np.unique(np.concatenate([curve.t, (curve.t[1:] + curve.t[:-1]) / 2]))
-    columns, falls = quantities(*curve(times).arrays).T, list[list[float]]()
+    t: float
+    sign: int
+
+
+def find_crossings(
+    curve: Curve,
+    quantities: Callable[[Array, Array, Array], Array],
+    places: Sequence[float] = PLACES,
+) -> list[list[Crossing]]:
+    """Return where each of some quantities, shape (n, k), passes zero along a curve.
+
+    It is looked for at fractions of each interval. What jumps at a break does not pass zero there.
+    """
+    from scipy.optimize import brentq  # takes longer to import than most motions
+
+    begin, end = curve.t[curve.intervals], curve.t[curve.intervals + 1]
+    # at a break the curve has the state after it
+    end = np.where(np.isin(curve.intervals + 2, curve.breaks), np.nextafter(end, begin), end)
+    times = np.array([begin + x * (end - begin) for x in (0.0, *places[:-1])] + [end])
+    columns = quantities(*curve(times.ravel()).arrays).T
+    crossings: list[list[Crossing]] = []
     for k, column in enumerate(columns):
 
         def value(t: float, k: int = k) -> float:
             return float(quantities(*curve(np.array([t])).arrays)[0, k])
 
-        places = np.flatnonzero((column[:-1] > 0) & (column[1:] <= 0))
-        pairs = zip(times[places], times[places + 1], strict=True)
-        falls.append([float(brentq(value, *pair, xtol=INSTANT, rtol=INSTANT)) for pair in pairs])
-    return falls
+        values = column.reshape(times.shape)
+        before, after = values[:-1], values[1:]
+        rises, falls = (before < 0) & (after >= 0), (before > 0) & (after <= 0)
+        crossings.append([])
+        for i, j in zip(*np.nonzero((rises | falls).T), strict=True):
+            pair = low, high = times[j : j + 2, i].tolist()
+            if value(low) * value(high) > 0:  # one is zero to rounding
+                t = min(pair, key=lambda t: abs(value(t)))
+            else:
+                t = float(brentq(value, low, high, xtol=INSTANT, rtol=INSTANT))
+            crossings[k].append(Crossing(t, 1 if rises[j, i] else -1))
+    return crossings
 
 
 RightHandSide: TypeAlias = Callable[[float, np.ndarray], np.ndarray]

@@ -152,6 +152,37 @@ class Event:
         return sympify(self.when)
 
 
+class Margins(Protocol):
+    """What the conditions of a mode leave in a state, an array that is positive while they hold."""
+
+    def margins(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return it."""
+
+
+@final
+@dataclass(frozen=True)
+class Margin:
+    """What one condition of a mode leaves, as the quantity of an event."""
+
+    source: Margins
+    index: tuple[int, ...]
+    switches: bool = False  # whether another mode follows where it is used up
+
+    def __call__(self, t: float, q: np.ndarray, v: np.ndarray) -> float:
+        """Return it."""
+        return float(self.source.margins(t, q, v)[self.index])
+
+
+def is_switch(event: Event) -> bool:
+    """Return whether another mode follows at an event."""
+    return isinstance(event.when, Margin) and event.when.switches
+
+
+def is_halt(event: Event) -> bool:
+    """Return whether integration halts at an event; others are looked for afterwards."""
+    return event.stop or event.restitution is not None or is_switch(event)
+
+
 @final
 @dataclass(frozen=True, eq=False, repr=False)
 class Occurrence(Legible):
@@ -213,12 +244,9 @@ class Switches(Protocol):
 
 def break_names(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the names of the events at which contacts and cords cease to hold, in order."""
-    names: list[str] = []
-    for contact in mechanism.contacts:
-        names += contact.breaks
-    for element in mechanism.elements:
-        names += [f"{name} would push" for name in element.tensions]
-    return tuple(names)
+    tensions = [name for element in mechanism.elements for name in element.tensions]
+    breaks = [name for contact in mechanism.contacts for name in contact.breaks]
+    return (*breaks, *(f"{name} would push" for name in tensions))
 
 
 def _functions(

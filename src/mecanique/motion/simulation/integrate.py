@@ -107,7 +107,7 @@ def _watch(choice: Choice, problem: Problem, task: IntegrationTask, steps: Steps
     watcher = Watcher(problem, task, steps, Interruption(), None)
     choice = replace(choice, method="dop853")
     outcome = _integrate_stretches(problem, choice, task, steps, watcher)
-    return Watched(outcome, watcher.occurrences)
+    return Watched(outcome, tuple(watcher.occurrences))
 
 
 def _task(problem: Problem, choice: Choice) -> IntegrationTask:
@@ -193,7 +193,7 @@ def _course(
     if problem.loops is not None:
         samples = State(times, *problem.loops.close_all(times, samples.q, samples.v))
     early = None if outcome.kind != "no headway" else outcome
-    return Course(samples, curve, watcher.occurrences(curve), early)
+    return Course(samples, curve, tuple(watcher.occurrences), early)
 
 
 @contextmanager

@@ -1,124 +1,80 @@
-"""Watch a motion while it is integrated: limits, contacts, drift, events, interruption.
-
-What rolls presses on its plane, and a cord pulls; equations of motion know neither. Where the
-normal force or a tension passes zero, or friction the coefficient that a contact has, the motion
-from there on is that of no real mechanism.
-"""
+"""Watch a motion: while it is integrated where it halts, and afterwards what it passes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple, cast, final
+from itertools import starmap
+from typing import NamedTuple, cast, final
 
 import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError, IntegrationError, MecaniqueError
-from mecanique.model.constraint_base import PressingContact
 from mecanique.model.joint_base import Single
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.compile.along import StateLaw
-from mecanique.motion.record.curve import PLACES, Curve, Steps, find_falls, interpolate
-from mecanique.motion.record.events import Event, Occurrence, Quantity, break_names
+from mecanique.motion.record.curve import (
+    PLACES,
+    Crossing,
+    Curve,
+    Steps,
+    find_crossings,
+    interpolate,
+)
+from mecanique.motion.record.events import (
+    Event,
+    Margin,
+    Occurrence,
+    break_names,
+    is_halt,
+    is_switch,
+)
 from mecanique.motion.simulation.integrators.methods import (
     IntegrationTask,
     StallDetector,
     advance_within,
 )
 from mecanique.motion.simulation.problem import Outcome, Problem
+from mecanique.motion.switching.holding import Holding
 from mecanique.motion.tolerances import AT_LIMIT, SHORTEST_FLIGHT, TINY
 from mecanique.motion.trajectory import Trajectory
 
-if TYPE_CHECKING:
-    from mecanique.reference import Reference
 
+def record_events(
+    events: Sequence[Event], holding: Holding, curve: Curve
+) -> tuple[Occurrence, ...]:
+    """Return where along a motion it did not halt: at events, and where something ceases to hold.
 
-def contact_events(mechanism: Mechanism, *, stop: bool = False) -> tuple[Event, ...]:
-    """Return the events at which contacts and cords cease to hold.
-
-    `simulate` finds them by itself in the motion it returns; given to it, they can stop it.
-
-    Args:
-        mechanism: a mechanism with contacts or cords.
-        stop: whether a motion ends at the first of them.
-
-    Returns:
-        The events, to be given to `simulate`.
-
-    Example:
-        >>> machine = mq.textbook.load("atwood_machine")
-        >>> [event.name for event in mq.contact_events(machine)]
-        ['cord_1 would push', 'cord_2 would push']
+    Contacts and cords may be amiss at its start, too.
     """
-    names = break_names(mechanism)
-    return tuple(Event(name, LimitMargin(mechanism, k), -1, stop) for k, name in enumerate(names))
+    mechanism, names = holding.mechanism, {event.name for event in events if is_halt(event)}
+    asked = [event for event in events if not (is_halt(event) or isinstance(event.when, Margin))]
+    passed: list[tuple[str, int, list[Crossing]]] = []
+    if asked:
+        quantities = [event.quantity(mechanism) for event in asked]
 
+        def measure(t: Array, q: Array, v: Array) -> Array:
+            states = list(zip(t.tolist(), q, v, strict=True))
+            return np.column_stack([list(starmap(quantity, states)) for quantity in quantities])
 
-def find_breaks(reference: Reference, curve: Curve) -> tuple[Occurrence, ...]:
-    """Return where along a motion contacts and cords cease to hold, amiss at its start or later."""
-    t, q, v = curve.t[:1], curve.q[:1], curve.v[:1]
-    (begin,), (at_start,) = t.tolist(), margins_along(reference, q, v, t)
-    falls = find_falls(curve, lambda t, q, v: margins_along(reference, q, v, t))
-    breaks = []
-    for name, margin, times in zip(break_names(reference.mechanism), at_start, falls, strict=True):
-        for moment in [begin, *times] if margin < 0 else times:
-            state = curve(moment)
-            breaks.append(Occurrence(name, moment, state.q, state.v, state.v))
-    return tuple(breaks)
-
-
-def margins_along(reference: Reference, q: Array, v: Array, t: Array) -> Array:
-    """Return what contacts and cords have left in n states, in the order of `break_names` [N].
-
-    Normal forces, reserves of friction and tensions, shape (n, names); NaN if undetermined.
-    """
-    mechanism, columns = reference.mechanism, list[Array]()
-    pressed = pressings(reference, q, v, t)
-    contacts = [c for c in mechanism.contacts if isinstance(c, PressingContact)]
-    for contact, (normal, friction) in zip(contacts, pressed, strict=True):
-        columns.append(normal)
-        if contact.friction is not None:
-            columns.append(mechanism.evaluate(contact.friction) * normal - friction)
-    tensions = [name for element in mechanism.elements for name in element.tensions]
-    if tensions:
-        forces = StateLaw(mechanism, reference).guide_forces(t, q, v)
-        columns += [forces[name] for name in tensions]
-    margins: Array = np.array(columns).reshape(-1, len(t)).T
-    return margins
-
-
-def pressings(reference: Reference, q: Array, v: Array, t: Array) -> Array:
-    """Return normal force and friction of all that rolls in n states, shape (contacts, 2, n) [N].
-
-    NaN where they are undetermined.
-    """
-    contacts = [c for c in reference.mechanism.contacts if isinstance(c, PressingContact)]
-    if not contacts:
-        return np.zeros((0, 2, len(t)))
-    by_name = StateLaw(reference.mechanism, reference).multipliers(t, q, v)
-    pressed = []
-    for contact in contacts:
-        N, x, y = (by_name[f"{contact.name}: {row}"] for row in contact.rows)
-        pressed.append((N, np.hypot(x, y)))
-    return np.array(pressed)
-
-
-@final
-@dataclass(frozen=True)
-class LimitMargin:
-    """The margin to one of the limits, as the quantity of an event."""
-
-    mechanism: Mechanism
-    which: int
-
-    def __call__(self, t: float, q: Array, v: Array) -> float:
-        """Return the margin [N]."""
-        from mecanique.reference import Reference
-
-        reference = Reference.of(self.mechanism)
-        return float(margins_along(reference, q[None], v[None], np.array([t]))[0, self.which])
+        crossings = find_crossings(curve, measure)
+        passed += [(e.name, e.direction, some) for e, some in zip(asked, crossings, strict=True)]
+    if breaks := break_names(mechanism):
+        begin = float(curve.t[0])
+        at_start = holding.margins(begin, curve.q[0], curve.v[0])
+        # the engine takes long for a state: one look between steps
+        crossings = find_crossings(curve, holding.margins, (0.5, 1.0))
+        for name, margin, some in zip(breaks, at_start, crossings, strict=True):
+            if name not in names:
+                passed.append((name, -1, [Crossing(begin, -1)] * bool(margin < 0) + some))
+    occurrences = []
+    for name, direction, some in passed:
+        for crossing in some:
+            if direction in (0, crossing.sign):
+                state = curve(crossing.t)
+                occurrences.append(Occurrence(name, crossing.t, state.q, state.v, state.v))
+    return tuple(occurrences)
 
 
 @final
@@ -256,7 +212,7 @@ class Watcher:
         interruption: Interruption,
         reconsider: Callable[[int, float], bool] | None,
     ) -> None:
-        mechanism, rates, corners = problem.mechanism, problem.code.rates, problem.corners
+        mechanism, rates = problem.mechanism, problem.code.rates
         self.interruption = interruption
         self._reconsider = reconsider
         self._problem = problem
@@ -264,24 +220,23 @@ class Watcher:
         self._task = task
         self._steps = steps
         self._nq = mechanism.nq
-        self._events = problem.events
-        self._quantities = [event.quantity(mechanism) for event in problem.events]
+        self._events = tuple(filter(is_halt, problem.events))
+        self._quantities = [event.quantity(mechanism) for event in self._events]
+        self._sources = {g.source for g in self._quantities if isinstance(g, Margin)}
         self._impacts = {
             event.name: event.impact(mechanism, rates)
-            for event in problem.events
+            for event in self._events
             if event.restitution is not None
         }
-        self._switches = {event.name for event in (corners.events if corners else ())}
         self._before = self._measure(steps.t[-1], steps.y[-1])  # each quantity at the last step
         self._lift_margins()
-        self._to_record: list[_Crossing] = []
         self._halting: _Crossing | None = None
-        self._found: list[Occurrence] = []
+        self.occurrences: list[Occurrence] = []  # at which it halted
         self._last_impact: dict[str, float] = {}
         self._next_report = problem.t0
         self._stalls = StallDetector(problem, implicit=task.implicit)
         self._most_drift = 10 * task.rtol if rates.balls else float("inf")
-        self._idle = not (problem.events or problem.progress or rates.balls or problem.loops)
+        self._idle = not (self._events or problem.progress or rates.balls or problem.loops)
 
     def start(self) -> Outcome | None:
         """Note what is amiss with contacts and cords from the start; return how that ends all."""
@@ -290,10 +245,10 @@ class Watcher:
         amiss = [
             event
             for event, margin in zip(self._events, self._before, strict=True)
-            if isinstance(event.when, LimitMargin) and margin < 0
+            if isinstance(event.when, Margin) and margin < 0 and event.stop
         ]
-        self._found += [Occurrence(event.name, t, q, v, v) for event in amiss]
-        return Outcome("event") if any(event.stop for event in amiss) else None
+        self.occurrences += [Occurrence(event.name, t, q, v, v) for event in amiss]
+        return Outcome("event") if amiss else None
 
     def look(self) -> Outcome | None:
         """Look at the last step; return why to halt, or None to continue."""
@@ -329,20 +284,17 @@ class Watcher:
             steps.end_at(t, self._problem.correct(t, steps.y[-1]), self._task.rhs)
             return None
         t, y = root
-        self._to_record = [
-            late._replace(high=min(late.high, t)) for late in self._to_record if late.low < t
-        ]
         steps.end_at(t, y, self._task.rhs)
         event = self._events[crossing.which]
-        if event.name in self._switches:
-            return self._switch(t, y, event.name)
+        if is_switch(event):
+            return self._switch(t, y, event)
         q, v = y[: self._nq], y[self._nq :]
         after = v
         if event.name in self._impacts:
             after = self._impacts[event.name](
                 t, q, v, partial(self._problem.reference.response, q, t)
             )
-        self._found.append(Occurrence(event.name, t, q, v, after))
+        self.occurrences.append(Occurrence(event.name, t, q, v, after))
         if event.stop:
             return Outcome("event")
         duration = self._problem.end - self._problem.t0
@@ -356,14 +308,14 @@ class Watcher:
         self._before[crossing.which] = crossing.sign * TINY
         return None
 
-    def _switch(self, t: float, y: np.ndarray, name: str) -> Outcome | None:
+    def _switch(self, t: float, y: np.ndarray, event: Event) -> Outcome | None:
         """Change the mode at the last step's end."""
         assert self._problem.corners is not None, "elements switch"
         try:
-            y, happened = self._problem.corners.switch(t, y, name)
+            y, happened = self._problem.corners.switch(t, y, event)
         except MecaniqueError as error:
             return Outcome("undecided", error)
-        self._found += happened
+        self.occurrences += happened
         self._steps.break_here(y, self._task.rhs(t, y))
         self._before = self._measure(t, y)
         self._lift_margins()
@@ -372,45 +324,19 @@ class Watcher:
     def _lift_margins(self) -> None:
         """Take margins that begin at zero, to rounding, for positive: a mode begins sound."""
         for k, event in enumerate(self._events):
-            if event.name in self._switches:
+            if is_switch(event):
                 self._before[k] = max(self._before[k], TINY)
-
-    def occurrences(self, curve: Curve) -> tuple[Occurrence, ...]:
-        """Return the events that took place, in the order of time."""
-        last = float(curve.t[-1])
-        for crossing in self._to_record:
-            from scipy.optimize import brentq  # takes longer to import than most motions
-
-            if crossing.low >= last:
-                continue  # the curve was cut before
-            quantity = self._quantities[crossing.which]
-
-            def value(t: float, quantity: Quantity = quantity) -> float:
-                state = curve(t)
-                return float(quantity(t, state.q, state.v))
-
-            low, high = crossing.low, min(crossing.high, last)
-            at_low, at_high = value(low), value(high)
-            if at_low * at_high > 0:
-                continue  # on the curve it only comes near zero
-            if at_low == 0:
-                t = low
-            elif at_high == 0:
-                t = high
-            else:
-                t = float(brentq(value, low, high, xtol=1e-14, rtol=1e-14))
-            state = curve(t)
-            name = self._events[crossing.which].name
-            self._found.append(Occurrence(name, t, state.q, state.v, state.v))
-        self._to_record = []
-        return tuple(sorted(self._found, key=lambda occurrence: occurrence.t))
 
     def _measure(self, t: float, y: np.ndarray) -> list[float]:
         q, v = y[: self._nq], y[self._nq :]
-        return [float(quantity(t, q, v)) for quantity in self._quantities]
+        margins = {source: source.margins(t, q, v) for source in self._sources}
+        return [
+            float(margins[g.source][g.index] if isinstance(g, Margin) else g(t, q, v))
+            for g in self._quantities
+        ]
 
     def _has_crossed(self) -> bool:
-        """Look for sign changes along the last step, and note those to record or to halt at."""
+        """Look for a sign change along the last step to halt at, and note it."""
         steps = self._steps
         for at in range(steps.first, len(steps.t) - 1):
             t0, t1 = steps.t[at : at + 2]
@@ -423,7 +349,10 @@ class Watcher:
                 now = self._measure(high, y)
                 self._compare(now, low, high)
                 if self._halting is not None:
-                    return True
+                    event, corners = self._events[self._halting.which], self._problem.corners
+                    if not (corners and is_switch(event) and corners.turn(high, y, event)):
+                        return True
+                    self._halting, now = None, self._measure(high, y)
                 self._before, low = now, high
         return False
 
@@ -432,12 +361,7 @@ class Watcher:
             rising, falling = g0 < 0 <= g1, g0 > 0 >= g1
             if not ((rising and event.direction >= 0) or (falling and event.direction <= 0)):
                 continue
-            crossing = _Crossing(k, low, high, 1.0 if falling else -1.0)
-            switches = event.name in self._switches
-            if not event.stop and event.restitution is None and not switches:
-                self._to_record.append(crossing)
-            elif self._halting is None:
-                self._halting = crossing
+            self._halting = self._halting or _Crossing(k, low, high, 1.0 if falling else -1.0)
 
     def _locate(self, crossing: _Crossing) -> tuple[float, np.ndarray] | None:
         """Return when and where the quantity is zero, by integrating from the step before."""

@@ -39,7 +39,7 @@ from mecanique.model.mechanism_units import characteristic_length
 from mecanique.model.parameters import Input
 from mecanique.motion.compile.python import list_values, scalar
 from mecanique.motion.record.curve import Curve
-from mecanique.motion.record.events import Event, ModeSpan, Occurrence
+from mecanique.motion.record.events import Event, Margin, ModeSpan, Occurrence
 from mecanique.motion.switching.law import ASTRAY, Laws, ModeSolution, UndecidedError
 from mecanique.motion.switching.rows import SwitchingRows
 from mecanique.motion.tolerances import (
@@ -137,20 +137,6 @@ OFTEN = 100
 
 
 @final
-@dataclass(frozen=True)
-class StateMargin:
-    """What an element has left in its state, as the quantity of an event."""
-
-    corners: Corners
-    element: int
-    which: int  # 0 for its gap or normal force, 1 for its friction or slip
-
-    def __call__(self, t: float, q: Array, v: Array) -> float:
-        """Return the margin."""
-        return float(self.corners.margins(t, q, v)[self.element, self.which])
-
-
-@final
 class Corners:
     """The elements of a mechanism in motion, and the modes they went through.
 
@@ -174,11 +160,14 @@ class Corners:
         # from when to when the program of the last mode asked for holds; hashing a mode takes time
         self._present_program: tuple[float, float, ModeProgram | None] = (inf, -inf, None)
         self._writer = ModePrograms(self.rows)
-        self._last: tuple[bytes, float, Array] | None = None
         self._at_once = 0
         self._ended: frozenset[Mode] = frozenset()
         self.events = tuple(
-            Event(f"{element.name}: {('gap', 'friction')[which]}", StateMargin(self, k, which), -1)
+            Event(
+                f"{element.name}: {('gap', 'friction')[which]}",
+                Margin(self, (k, which), switches=True),
+                -1,
+            )
             for k, element in enumerate(self.elements)
             for which in (0, 1)
             if (element.normal is not None if which == 0 else element.tangents)
@@ -268,10 +257,7 @@ class Corners:
         return np.array(powers).reshape(len(t), -1)
 
     def margins(self, t: float, q: Array, v: Array) -> Array:
-        """Return what each element has left, shape (elements, 2)."""
-        key = q.tobytes() + v.tobytes()
-        if self._last is not None and self._last[0] == key and self._last[1] == t:
-            return self._last[2]
+        """Return what each element has left, shape (elements, 2), `list_margins`."""
         mode, y = self.mode(t), np.concatenate([q, v])
         program = self._program(t, y)
         if program is not None:
@@ -288,7 +274,6 @@ class Corners:
                 margins[k, 0] += pull
             if state.name == STICKS:
                 margins[k, 1] += pull
-        self._last = (key, t, margins)
         return margins
 
     # on the rows that are held ------------------------------------------------------------------
@@ -357,16 +342,31 @@ class Corners:
         touching = [self._is_touching(terms, k) for k in range(len(self.elements))]
         return self._change(t, y, touching, frozenset())
 
-    def switch(self, t: float, y: Array, event: str) -> tuple[Array, list[Occurrence]]:
+    def turn(self, t: float, y: Array, event: Event) -> bool:
+        """Follow slip in space in another direction; return whether an event is no more than that.
+
+        The law takes the direction from the state: nothing jumps, and the time need not be exact.
+        """
+        assert isinstance(event.when, Margin), "events of corners are margins"
+        k, which = event.when.index
+        mode, v = self.mode(t), y[self._nq :]
+        terms = self.rows.at(y[: self._nq], v, t)
+        if which == 0 or not self._is_turning(terms, k, v, mode[k]):
+            return False
+        self._times.append(t)
+        self._modes.append(self.laws.along_slip(terms, mode))
+        self._present_program = (inf, -inf, None)
+        return True
+
+    def switch(self, t: float, y: Array, event: Event) -> tuple[Array, list[Occurrence]]:
         """Return the state after the margin of an event passed zero, and what happened."""
         self._at_once = self._at_once + 1 if self._times[-1] == t else 0
         if self._at_once > MOST_AT_ONCE:
             raise IntegrationError(
-                f"elements switch without end at t = {t:.9g} s; the last was {event!r}", time=t
+                f"elements switch without end at t = {t:.9g} s; the last was {event.name!r}", time=t
             )
-        margin = next(e.when for e in self.events if e.name == event)
-        assert isinstance(margin, StateMargin), "events of corners are margins"
-        k, which = margin.element, margin.which
+        assert isinstance(event.when, Margin), "events of corners are margins"
+        k, which = event.when.index
         mode = self.mode(t)
         state = mode[k]
         q, v = y[: self._nq], y[self._nq :]
@@ -450,7 +450,6 @@ class Corners:
                 occurrences.append(Occurrence(said, t, q, v, v))
         self._times.append(t)
         self._modes.append(mode)
-        self._last = None
         self._present_program = (inf, -inf, None)
         return y, occurrences
 

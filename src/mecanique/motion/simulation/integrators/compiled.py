@@ -13,7 +13,7 @@ from mecanique.generation.dop853 import LEAP, NEAREST, PASSED
 from mecanique.motion.compile.closed import ClosedProgram
 from mecanique.motion.compile.python import owning
 from mecanique.motion.compile.stepper import March, Stepper, Tolerances
-from mecanique.motion.record.curve import PLACES, Curve, LaterCurve, State, Steps, interpolate
+from mecanique.motion.record.curve import PLACES, LaterCurve, State, Steps, interpolate
 from mecanique.motion.record.events import Occurrence
 from mecanique.motion.simulation.integrators.methods import (
     METHODS,
@@ -37,15 +37,11 @@ _KINDS: dict[str, Kind] = {
 """Outcomes by why compiled steps stop."""
 
 
-_Events: TypeAlias = Callable[[Curve], tuple[Occurrence, ...]]
-"""Returns the events of a motion, by its curve."""
-
-
 class Watched(NamedTuple):
     """How a stretch that was watched ended."""
 
     outcome: Outcome
-    occurrences: _Events  # returns the events, by the curve
+    occurrences: tuple[Occurrence, ...]
 
 
 _Look: TypeAlias = Callable[[int, float], bool]
@@ -71,7 +67,7 @@ def integrate_in_c(
     run, steps = _Run(problem, stepper, march, task, StallDetector(problem)), Steps()
     steps.add(problem.t0, problem.start, task.rhs(problem.t0, problem.start))
     outcome: Outcome | None = None
-    occurrences: _Events = _no_events
+    occurrences: tuple[Occurrence, ...] = ()
     crosses, leaping = _never, False
     if isinstance(equations, ClosedProgram):
         crosses = equations.crosses_at
@@ -112,10 +108,6 @@ def integrate_in_c(
 
 def _never(t: float, y: np.ndarray) -> bool:
     return False
-
-
-def _no_events(curve: Curve) -> tuple[Occurrence, ...]:
-    return ()
 
 
 def _find_end_of_chart(problem: Problem, steps: Steps, first: int, reason: str) -> int | None:
@@ -223,7 +215,7 @@ class _Run:
         self,
         steps: Steps,
         outcome: Outcome,
-        occurrences: _Events,
+        occurrences: tuple[Occurrence, ...],
     ) -> Course:
         """Return the samples, and the curve through the steps, which is made when asked for."""
         problem, rates, nq = self.problem, self.problem.code.rates, self.problem.mechanism.nq
@@ -236,5 +228,4 @@ class _Run:
         if outcome.kind != "event":
             through = partial(steps.curve, nq, rates, smooth=True)
             return Course(samples, LaterCurve(problem.first, steps.t[-1], make, through))
-        curve = make()
-        return Course(samples, curve, occurrences(curve))
+        return Course(samples, make(), occurrences)

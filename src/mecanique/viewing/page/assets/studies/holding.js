@@ -9,10 +9,10 @@ export function findBreaks(computed) {
   const { machine, p, n, first } = computed;
   const { holding } = machine.engine;
   if (!holding.length) return [];
-  const out = new Float64Array(3 * holding.length);
+  const out = new Float64Array(holding.length);
   const left = (t) => {
     machine.program.margins(t, computed.stateAt(t), p, out);
-    return holding.map((_, k) => out[3 * k] - Math.hypot(out[3 * k + 1], out[3 * k + 2]));
+    return out.slice();
   };
   let before = left(first);
   const found = holding.map((name, k) => (before[k] < 0 ? { name, t: first } : null));
