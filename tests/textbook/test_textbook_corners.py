@@ -146,6 +146,17 @@ def test_run_writes_the_page_of_a_system_with_corners(tmp_path: object) -> None:
     assert "event dry: sticks: t = 1.5707" in done.output
 
 
+def test_a_tippe_top_turns_over_if_it_spins_about_the_vertical() -> None:
+    """About its own axis it rises and rolls: friction then takes nothing more (Jellett, 1872)."""
+    top, start = mq.textbook.load("tippe_top"), dict(mq.textbook.entry("tippe_top").start)
+    upright = mq.simulate(top, q=start, v={"top_wz": 155.0}, duration=0.1)
+    overturned = move("tippe_top")
+    for motion, low, high in ((upright, 0.995, 1.0), (overturned, -0.97, -0.92)):
+        assert [event.name for event in motion.events] == ["floor: sticks"]
+        last = 1 - 2 * (motion["top_qx"][-1] ** 2 + motion["top_qy"][-1] ** 2)
+        assert low < last < high
+
+
 def test_velocities_are_smooth_between_the_steps_that_close_in_on_a_corner() -> None:
     # the last steps before the top sticks are 1e-12 s long: a derivative between them is rounding
     motion = move("tippe_top")

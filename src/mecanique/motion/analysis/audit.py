@@ -12,7 +12,7 @@ from mecanique.arrays import spread
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.motion.analysis.energies import balance_energy
 from mecanique.motion.analysis.extremes import find_maxima
-from mecanique.motion.compile.along import StateSums
+from mecanique.motion.compile.along import StateLaw, StateSums
 from mecanique.motion.record.curve import State
 from mecanique.motion.record.events import break_names
 from mecanique.motion.switching.holding import Holding

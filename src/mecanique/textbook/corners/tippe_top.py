@@ -3,9 +3,10 @@
 A sphere of mass m and radius r whose center of mass is the distance c below its center, with
 moments of inertia J_1 across and J_3 along its axis of symmetry, spins on a floor with coefficient
 of friction mu under gravity g. The generalized coordinates are the place top_x, top_y, top_z of its
-center and the quaternion top_qx, top_qy, top_qz, top_qw of its attitude. It glides until it rolls;
-Jellett's integral, its angular momentum along the line from the contact to the center of mass,
-stays as it is.
+center and the quaternion top_qx, top_qy, top_qz, top_qw of its attitude. Spun about the vertical,
+with its center of mass at rest, it glides, turns over and rolls; spun about its own axis it rises,
+rolls after a moment and stays upright. Jellett's integral, its angular momentum along the line from
+the contact to the center of mass, stays as it is.
 """
 
 from math import cos, sin
@@ -58,14 +59,21 @@ def _kinetic(s: facts.Values) -> float:
 TILT = 0.1
 """How far its axis leans at the start."""
 
+SPIN = 155.0
+"""Its rate about the vertical at the start [rad/s]."""
+
 SYSTEM = System(
-    title="Tippe top that glides until it rolls",
+    title="Tippe top that turns over until it rolls",
     source="Jellett, A Treatise on the Theory of Friction, 1872; Ciocci, Malengier, "
     "Langerock & Grimonprez, J. Appl. Math. 2012, 268537",
     build=mechanism,
     start={"top_z": 0.02, "top_qy": sin(TILT / 2), "top_qw": cos(TILT / 2)},
-    start_velocity={"top_wz": 155.0},
-    duration=0.2,
+    start_velocity={
+        "top_wx": -SPIN * sin(TILT),
+        "top_wz": SPIN * cos(TILT),
+        "top_vy": 0.006 * SPIN * sin(TILT),
+    },
+    duration=1.2,
     tags=("spatial", "friction", "contact", "corners"),
     facts=(
         facts.KineticEnergy(
