@@ -39,13 +39,22 @@ DRIVE = mq.Mechanism(
         mq.Belt("belt", (mq.Pulley("motor", 0.1), mq.Pulley("drum", 0.3)), 40.0, (0.0, 0.0, 1.0)),
     ),
 )
+BARRED = mq.Mechanism(
+    "barred",
+    (mq.Body("ground"), *(mq.Body(name, mq.rod(1.0, 0.5)) for name in ("left", "right"))),
+    (
+        mq.Revolute("a", "ground", "left", axis=(0, -1, 0)),
+        mq.Revolute("b", "ground", "right", axis=(0, -1, 0), origin=mq.Placement((0.8, 0, 0))),
+    ),
+    loops=(mq.Loop.distance("bar", "left", (0, 0, -0.5), "right", (0, 0, -0.4), 0.8),),
+)
 NAMES = (
     *("atwood_machine", "crane", "double_pendulum", "foucault_pendulum", "four_bar_linkage"),
     *("free_rigid_body", "planetary_gear", "rack_and_pinion", "rolling_coin"),
 )
 
 
-MECHANISMS = (TUMBLING, DRIVE, *map(mq.textbook.load, NAMES))
+MECHANISMS = (TUMBLING, DRIVE, BARRED, *map(mq.textbook.load, NAMES))
 
 
 @pytest.mark.parametrize("mechanism", MECHANISMS, ids=lambda mechanism: mechanism.name)
@@ -85,7 +94,9 @@ def test_bodies_are_in_balance_and_each_kind_of_force_does_its_work(
     a = at_states(dynamics.acceleration)
     inertial = np.einsum("nij,nj->ni", mass, a) + at_states(dynamics.bias) - gravity
     size = max(1.0, float(np.abs(inertial).max()), float(np.abs(gravity).max()))
+    joints = list(bodies.reactions())[: 2 * len(mechanism.joints)]
     wanted = {
+        "joints": (joints, np.zeros_like(tau)),
         "weights": (bodies.weights(), -gravity),
         "loads": (bodies.loads, at_states(dynamics.forces)),
         "drives": (bodies.drives, tau),
@@ -94,6 +105,30 @@ def test_bodies_are_in_balance_and_each_kind_of_force_does_its_work(
     }
     for kind, (actions, work) in wanted.items():
         np.testing.assert_allclose(work_of(actions), work, rtol=0, atol=1e-11 * size, err_msg=kind)
+
+
+def free_bodies(mechanism: mq.Mechanism) -> FreeBodyForces:
+    letters = Letters(mechanism)
+    tree = Tree(letters)
+    return FreeBodyForces(TapeDynamics(letters, tree, tree, "recursion"))
+
+
+@pytest.mark.parametrize("name", ["four_bar_linkage", "rolling_coin", "crane"])
+def test_reactions_are_those_on_the_children_of_joints_and_on_the_bodies_of_closures(
+    name: str,
+) -> None:
+    mechanism = mq.textbook.load(name)
+    reactions = free_bodies(mechanism).joint_reactions(shared=True)
+    expected = [(joint.name, joint.child) for joint in mechanism.joints]
+    expected += [(loop.name, loop.body_b) for loop in mechanism.loops]
+    expected += [(contact.name, contact.body) for contact in mechanism.contacts]
+    assert [(action.name, action.body) for action in reactions] == expected
+
+
+@pytest.mark.parametrize("name", ["rolling_coin", "planetary_gear"])
+def test_reactions_that_others_share_have_no_program(name: str) -> None:
+    with pytest.raises(mq.DerivationError, match="have no program: its elements, contacts or"):
+        free_bodies(mq.textbook.load(name)).joint_reactions()
 
 
 def test_a_belt_has_its_preload_and_drives_the_drum() -> None:
