@@ -222,6 +222,11 @@ def test_derivatives_and_squares_of_rates_are_set_as_in_formulas() -> None:
         f"<math><mi>L</mi></math> <math><msup>{rate}<mn>2</mn></msup></math> of dynamics/data"
     )
     assert to_html("d'Alembert's principle") == "d&#x27;Alembert&#x27;s principle"
+    element = to_html("the inertia force -a dm, opposite to its acceleration")
+    assert element == (
+        "the inertia force -<math><mi>a</mi></math> d<math><mi>m</mi></math>,"
+        " opposite to its acceleration"
+    )
 
 
 def test_titles_are_set_as_sentences_are() -> None:

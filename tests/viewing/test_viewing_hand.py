@@ -241,3 +241,23 @@ def test_a_phone_shows_the_picture_and_reaches_every_control(
     for k in range(1, 5):
         assert is_across(extent(seen, f"#panel-parameters thead th:nth-child({k}) >> nth=0")), k
     seen.clean()
+
+
+CUT = """(tab) => [...document.querySelectorAll(`#panel-${tab} :is(th, td)`)].filter((cell) => {
+    const { left, right } = cell.getBoundingClientRect();
+    return left < 0 || right > innerWidth || cell.scrollWidth > cell.clientWidth + 1;
+}).map((cell) => cell.textContent)"""
+"""Cells of a panel's tables that a phone's screen does not show whole."""
+
+
+@pytest.mark.parametrize("name", ["shear_building", "four_bar_linkage"])
+def test_no_column_of_a_wide_table_is_cut_on_a_phone(name: str, show: Callable[..., Visit]) -> None:
+    """Five coordinates in the ledger, eight forms in the verdict."""
+    start = mq.textbook.entry(name).start
+    moving = mq.simulate(load(name), q=start, duration=0.5)
+    seen = show(scene(moving), viewport=PHONE)
+    for tab in ("forces", "ledger", "verdict"):
+        seen.page.click(f"#tab-{tab}")
+        assert seen.js(f"document.querySelectorAll('#panel-{tab} td').length") > 9
+        assert seen.js(CUT, tab) == [], tab
+    seen.clean()

@@ -15,7 +15,9 @@ import numpy as np
 from mecanique.arrays import spread
 from mecanique.derivation import derive
 from mecanique.derivation.equations import Equations
+from mecanique.derivation.mechanics.elements import Ground
 from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.loops import sense
 from mecanique.derivation.mechanics.switching import list_holding_margins
 from mecanique.derivation.symbolic.forces import stored_in_loads
 from mecanique.derivation.tree.poses import times_point
@@ -70,11 +72,18 @@ from mecanique.viewing.scene.scene import (
 from mecanique.viewing.scene.texts import quantities_of_inputs
 
 
-def bounds_of(motion: Motion, letters: Letters) -> list[tuple[Bound, tuple[Any, Any]]]:
+def bounds_of(
+    motion: Motion, letters: Letters, ground: Ground
+) -> list[tuple[Bound, tuple[Any, Any]]]:
     """Return what ends a motion, with its distance and how near counts as reached, on the tape."""
     if motion.watched is None and any(event.impact for event in motion.events):
         raise DerivationError("what its impacts depend on is not known")
-    return [*_limits(motion, letters), *_stops(motion, letters)]
+    turned = [
+        (Bound("", -1, f"loop {loop.name!r} must not close half a turn apart"), (distance, 0.0))
+        for loop in motion.mechanism.loops
+        if (distance := sense(loop, ground)) is not None
+    ]
+    return [*_limits(motion, letters), *_stops(motion, letters), *turned]
 
 
 def gradients_of(motion: Motion, letters: Letters) -> list[Any]:
@@ -323,7 +332,7 @@ class Maker:
         chosen = spread(len(motion.t), 40)
         unknown = find_unknown(scene, rows, self._evaluate(known, chosen), chosen)
         resized = list(self._find_resized())
-        bounds = bounds_of(motion, self._letters)
+        bounds = bounds_of(motion, self._letters, self._dynamics.tree.recursion.ground)
         conditions = conditions_of(self._letters)
         margins = self._margins(chosen)
         functions = {

@@ -115,3 +115,14 @@ def closure(loop: Loop, ground: Ground, angle: Callable[[Any, Any], Any]) -> lis
         case "ball":
             return [x, y, z]
     raise DerivationError(f"no equations are known for loop {loop.name!r}, a {loop.kind!r}")
+
+
+def sense(loop: Loop, ground: Ground) -> Any | None:
+    """Return what is positive unless a loop is closed half a turn off; None where it cannot be."""
+    alike = {"hinge": (2,), "weld": (0, 1, 2)}.get(loop.kind)
+    if alike is None:
+        return None
+    A, _ = ground.frame(loop.body_a, loop.frame_a)
+    B, _ = ground.frame(loop.body_b, loop.frame_b)
+    # half a turn about any axis leaves a trace of −1, the same frames one of 3
+    return sum(dot(A[k], B[k]) for k in alike) - len(alike) // 2

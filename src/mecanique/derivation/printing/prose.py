@@ -14,7 +14,7 @@ _NAMES = {sign: name for name, sign in GREEK.items()}
 _TOKEN = re.compile(
     r"(?P<text>\[[^\]]*\]|(?:[a-z]\.){2,}|[^\W\d_]+(?:'(?![²³])[^\W\d_]+)+)"
     r"|(?P<code>`[^`]*`)"
-    r"|(?P<slope>∂[^\W\d]\w*/∂[^\W\d]\w*'?|d²?[^\W\d]\w*/d[^\W\d]\w*²?|d/dt)"
+    r"|(?P<slope>∂[^\W\d]\w*/∂[^\W\d]\w*'?|d²?[^\W\d]\w*/d[^\W\d]\w*²?|d/dt|dm\b)"
     r"|(?P<number>\d+(?:\.\d+)?|½)"
     r"|(?P<word>[^\W\d]\w*'*(?:[²³]|\^\d)?)"
     r"|(?P<sign>\S)"
@@ -289,7 +289,7 @@ class _Sentence:
             return True
         if 1 < len(core) < 6 and core.isupper() and core.isalpha():
             return set(core) <= self.points
-        return core == "dm" or re.fullmatch(r"[A-Za-z]_\w+", core) is not None
+        return re.fullmatch(r"[A-Za-z]_\w+", core) is not None
 
     def _is_joined(self, at: int) -> bool:
         """Whether a word is an operand, as in sun - arm, or the argument of a function."""
@@ -317,6 +317,8 @@ class _Sentence:
         writer = Latex()
         if text == "d/dt":
             return "\\frac{d}{dt}"
+        if text == "dm":
+            return text
         if partial := _PARTIAL.fullmatch(text):
             above, below = (writer.letter(name, False, "") for name in partial.groups())
             return writer.partial(above, below, False)

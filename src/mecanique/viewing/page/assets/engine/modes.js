@@ -15,6 +15,7 @@ const LEAST = 40; // starts that are tried at least
 const ASTRAY = 10; // starts of which only one leads to a rest, before the search ends
 const SAME = 1e-5; // positions nearer than this are one
 const REACHED = 1e-4; // distance at which a free motion has come to another position
+const BETWEEN = 0.3; // of the way from one position to another, where no symmetry makes a third
 const RESTING = 1e-9; // of the accelerations that a push of the size of the forces would cause
 
 // Eigenvalues and eigenvectors (columns) of a symmetric matrix, by Jacobi's rotations.
@@ -93,7 +94,7 @@ export class SmallMotions {
   // Whether loops have the same rank next to a position of rest: else no small motions go on from it.
   isRegular({ y, at }) {
     const rank = this.axesOfLoops(y).length;
-    if (at.L.length + rank > this.machine.nv) return false; // all but singular
+    if (at.L.length + rank !== this.machine.nv) return false; // all but singular, or no inertia
     return at.L.every((x) => this.axesOfLoops(this.moved(y, x, SMALL)).length === rank);
   }
 
@@ -243,8 +244,13 @@ export class SmallMotions {
 
   // Whether a mechanism that is free to move at one position of rest comes to another so.
   leads(found, other, gap) {
-    // what rolls comes to places along no straight way
-    if (this.machine.engine.restrained?.length) return true;
+    if (this.machine.engine.restrained?.length) {
+      // what rolls comes to places along no straight way, but rests wherever it is put there
+      const between = found.y.map((x, k) => x + BETWEEN * (other.y[k] - x));
+      this.machine.normalize(between);
+      const rest = this.settle(between, false);
+      return rest !== null && gap(rest, { y: between }) < REACHED;
+    }
     let far = Infinity;
     for (let now = found; gap(now, other) < far; now = this.bring(now, other.y)) {
       far = gap(now, other);
