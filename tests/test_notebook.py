@@ -146,6 +146,15 @@ def test_results_name_themselves_in_one_line_and_print_whole() -> None:
     motion = mq.simulate(pendulum, q={"q": 1.0}, duration=1.0, samples=61)
     assert repr(motion.audit()) == "<Audit: 4 balances, all within their limits>"
     assert "shape (61,), 0 … 1" in repr(motion.energy())
+    track = repr(motion.point("rod", (0, 0, -1)))
+    assert track.startswith("<PointMotion: position: shape (61, 3), ")
+    quake = mq.Record(np.arange(200.0), np.zeros(200))
+    assert repr(quake) == "<Record: times: shape (200,), 0 … 199; values: shape (200,), 0 … 0>"
+    orbit = mq.routh(mq.textbook.load("kepler_orbit"))
+    assert repr(orbit) == "<Reduction: kepler_orbit without phi>"
+    equations = mq.derive(pendulum)
+    assert repr(equations.derivation) == f"<Derivation: {len(equations.steps)} steps>"
+    assert repr(equations.document) == "<Document: Lagrange's equations of the second kind>"
     shown = [mq.verify(pendulum, samples=3), mq.linearize(pendulum), mq.derive(pendulum).steps[0]]
     shown += [mq.derive(pendulum).equations[0], mq.textbook.entry("rigid_bar_pendulum")]
     shown += [mq.Reference(pendulum), mq.degrees_of_freedom(pendulum)]

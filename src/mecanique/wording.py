@@ -51,6 +51,12 @@ class Legible:
             printer.text(line)
 
 
+def name_fields(answer: Any) -> str:
+    """Return a named tuple in a line; its `__repr__`, as it can have no other base."""
+    fields = (f"{name}: {write_value(value)}" for name, value in answer._asdict().items())
+    return f"<{type(answer).__name__}: {'; '.join(fields)}>"
+
+
 @final
 class LegibleText(Legible, str):
     """Text that a notebook prints line by line; a string in everything else."""

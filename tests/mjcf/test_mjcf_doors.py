@@ -23,6 +23,9 @@ def test_a_file_is_read_by_its_content(tmp_path: Path) -> None:
     assert mq.read(PENDULUM, armature=0.3).joint("q").armature == 0.3  # type: ignore[union-attr]
     urdf = mq.write_urdf(mq.textbook.load("double_pendulum"))
     assert mq.read(urdf, root="floating") == mq.read_urdf(urdf, root="floating")
+    nameless = tmp_path / "swing.xml"
+    nameless.write_text(PENDULUM.replace(' model="pendulum"', ""), encoding="utf-8")
+    assert mq.read(nameless).name == "swing"
     with pytest.raises(mq.InputError, match="root can be given for URDF and xacro alone"):
         mq.read(PENDULUM, root="floating")
     with pytest.raises(mq.UrdfError, match="cannot be read"):

@@ -10,14 +10,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mecanique import assemble, textbook
+from mecanique import assemble, textbook, verify
 from mecanique.errors import ClosureError, InputError, IntegrationError
 from mecanique.model import (
     Body,
+    Fixed,
     JointDamper,
     JointSpring,
+    Loop,
     Mechanism,
+    Placement,
     Prismatic,
+    ball,
     box,
     coordinate,
     time,
@@ -394,3 +398,20 @@ def test_a_loop_that_is_not_stiff_is_left_to_the_explicit_method() -> None:
     )
     assert motion.statistics.steps > 150
     assert motion.method.startswith("dop853")
+
+
+def test_a_loop_between_bodies_that_stand_still_changes_nothing() -> None:
+    """As a weld to a mocap body that does not move: a chain beside it is solved as a long one."""
+    chain = textbook.load("n_link_pendulum", n=8)
+    foot = Placement((1.0, 0.0, 0.0))
+    braced = replace(
+        chain,
+        bodies=(*chain.bodies, Body("post", ball(1.0, 0.1))),
+        joints=(*chain.joints, Fixed("foot", "ground", "post", origin=foot)),
+        loops=(Loop.weld("brace", "ground", foot, "post", Placement()),),
+    )
+    assert verify(braced, samples=3).agrees
+    start = {"q1": 0.4}
+    motion = simulate(braced, q=start, duration=0.5, method="compiled")
+    free = simulate(chain, q=start, duration=0.5)
+    assert motion.q[-1] == pytest.approx(free.q[-1], abs=1e-8)

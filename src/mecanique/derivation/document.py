@@ -78,7 +78,7 @@ class _Part:
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Document:
     """A symbolic derivation, ready to be printed."""
 
@@ -86,6 +86,9 @@ class Document:
     method: str  # name of its method
     # symbols that derivations of the mechanism before it explain, and so its description
     explained: frozenset[str] = frozenset()
+
+    def __repr__(self) -> str:
+        return f"<Document: {self.title}>"
 
     @property
     def title(self) -> str:

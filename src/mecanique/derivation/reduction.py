@@ -31,7 +31,7 @@ from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import units
 from mecanique.model.random_positions import draw_positions
-from mecanique.wording import Legible
+from mecanique.wording import Legible, enumerate_words
 
 _LETTERS = ("p", "P", "pi")
 """Letters for a momentum, before the name of its coordinate."""
@@ -410,6 +410,10 @@ class Reduction(Legible):
 
     def __str__(self) -> str:
         return self.text(steps=False)
+
+    @property
+    def _caption(self) -> str:
+        return f"{self.mechanism.name} without {enumerate_words(self.cyclic)}"
 
     def _repr_html_(self) -> str:
         return f"{self.document.html(steps=False)}\n<p>{self._said}</p>"

@@ -1298,7 +1298,7 @@ class _Reader(Source):
                 )
         if self._drives_lift and any(link.lift for link in self._links):
             self.omitted["bound of actuators on the compensation of gravity"] += 1
-        name = root.attributes.get("model", "MuJoCo model")
+        name = root.attributes.get("model", self.file.stem if self.file else "MuJoCo model")
         return self.assemble(name, bodies, loops, follows)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, evaluate, finite, plain, symbols_in, time
 from mecanique.model.units import read_unit
+from mecanique.wording import Legible
 
 _Operation: TypeAlias = Callable[[Any, Scalar], Any]
 
@@ -98,8 +99,8 @@ class Parameter(_Named):
 
 
 @final
-@dataclass(frozen=True, eq=False)
-class Record:
+@dataclass(frozen=True, eq=False, repr=False)
+class Record(Legible):
     """A sampled signal, e.g. an earthquake record; linear between samples, constant outside.
 
     Args:

@@ -14,6 +14,7 @@ from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.scalars.series import Ring, Series
 from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.wording import say_count
 
 
 @final
@@ -154,7 +155,7 @@ class Assumption:
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Derivation:
     """Symbolic equations of motion M a + h = Q, with loops M a + h = Q + Σ λ ∂Φ/∂q and Φ = 0."""
 
@@ -182,6 +183,9 @@ class Derivation:
     written: tuple[Equation, ...] | None = None
     # T, and V of gravity and springs without loads, where the method states them
     energies: tuple[Series, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<Derivation: {say_count(len(self.stages), 'step')}>"
 
     @property
     def rows(self) -> tuple[Series, ...]:

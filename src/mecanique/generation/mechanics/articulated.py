@@ -35,7 +35,7 @@ from mecanique.generation.mechanics.constrained import (
     sample,
     weakness,
 )
-from mecanique.model.constraints.loops import Loop
+from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.states import States
 from mecanique.program.solving import factorize
 from mecanique.program.sweeps import push_forward, substitute
@@ -235,7 +235,7 @@ class Articulated:
         first = 0
         for k, loop in enumerate(self._letters.mechanism.loops):
             slopes = _slopes_of(loop, self._letters, recursion)
-            count = len(next(iter(slopes.values())))
+            count = len(CLOSED[loop.kind])
             for row in range(first, first + count):
                 if row in self._kept:
                     loop_of[row] = k

@@ -13,7 +13,7 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.placement import vector
 from mecanique.reference.tolerances import PARALLEL
-from mecanique.wording import Legible
+from mecanique.wording import Legible, name_fields
 
 Number: TypeAlias = Any
 """A float, or an array of shape (n,) for n states."""
@@ -56,6 +56,9 @@ class Momentum(NamedTuple):
     angular: Array
     angular_about_center: Array
 
+    def __repr__(self) -> str:
+        return name_fields(self)
+
 
 class BodyMotions(NamedTuple):
     """The motions of all nb bodies in their order, world axes, in one state or in n.
@@ -74,6 +77,9 @@ class BodyMotions(NamedTuple):
     accelerations: Array
     angular_accelerations: Array
 
+    def __repr__(self) -> str:
+        return name_fields(self)
+
 
 class Resultant(NamedTuple):
     """The resultant of all external forces on the moving bodies, world axes.
@@ -87,6 +93,9 @@ class Resultant(NamedTuple):
     force: Array
     moment: Array
     center: Array
+
+    def __repr__(self) -> str:
+        return name_fields(self)
 
 
 class PointMotion(NamedTuple):
@@ -102,6 +111,9 @@ class PointMotion(NamedTuple):
     velocity: Array
     acceleration: Array
 
+    def __repr__(self) -> str:
+        return name_fields(self)
+
 
 class Twist(NamedTuple):
     """The velocity of a body, world axes.
@@ -113,6 +125,9 @@ class Twist(NamedTuple):
 
     linear: Array
     angular: Array
+
+    def __repr__(self) -> str:
+        return name_fields(self)
 
 
 @final

@@ -160,7 +160,7 @@ class Reduced:
         c[dependent, 1, 0] = states.v[:, dependent].T
         units = self._held.row_units.units
         x = [Jet(path) for path in c]
-        for order in range(3):
+        for order in range(3 if len(group.rows) else 0):  # loops may hold nothing that moves
             # the state itself is not corrected: near a singular position the correction of its
             # rounding errors would grow with every order
             given = order < 2
