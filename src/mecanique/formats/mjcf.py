@@ -153,19 +153,7 @@ class _Model:
     """What a file and those it includes state for their own elements: settings, classes, assets."""
 
     file: Path | None
-    degrees: bool = True
-    sequence: str = "xyz"
-    autolimits: bool = True
-    from_geoms: str = "auto"
-    groups: tuple[float, float] = (0, 5)
-    least_mass: float = 0.0
-    least_inertia: float = 0.0
-    balance: bool = False
-    total: float = -1.0
-    fits_box: bool = False
-    folder: str = ""
-    strips: bool = False
-    conflict: str = "warning"
+    compiler: Given
     classes: dict[str, dict[str, dict[str, str]]] = field(default_factory=lambda: {"main": {}})
     meshes: dict[str, Given] = field(default_factory=dict)
     solids: dict[str, Mass] = field(default_factory=dict)
@@ -263,7 +251,8 @@ class _Reader(Source):
     def __init__(self, file: Path | None) -> None:
         super().__init__(file, "MJCF")
         self._options = _Options()
-        self._models = {"": _Model(file)}  # with those attached
+        self._unset = Given(self, Element("compiler", {}, (), "", 1, 0), {})
+        self._models = {"": _Model(file, self._unset)}  # with those attached
         self._links: list[_Link] = []
         self._sites: dict[str, tuple[str, Array]] = {}
         self._references: dict[str, float] = {}
@@ -357,10 +346,10 @@ class _Reader(Source):
         path, key = self._find_file(asset), f"{len(self._models)}"
         if len(self._models) > MOST_FILES:
             raise self.refuse(asset, f"more than {MOST_FILES} models are attached")
-        self._models[key] = _Model(path)
+        self._models[key] = _Model(path, self._unset)
         model = self._compose(self.parse_inclusion(asset, path, key))
         if model.child("option") is not None:
-            if self._models[asset.model].conflict == "merge":
+            if self._set_in(asset).get("conflict") == "merge":
                 why = "the options of attached models count by conflict='merge' of <compiler>"
                 raise self.refuse(asset, f"{why}, which is not read: state them in this model")
             self.omitted["options of attached models"] += 1
@@ -429,26 +418,25 @@ class _Reader(Source):
     # settings and defaults
 
     def _compile(self, element: Element) -> None:
-        texts, s = self._attributes(element, "compiler", {}), self._models[element.model]
-        s.degrees = texts.get("angle", "degree" if s.degrees else "radian") == "degree"
-        s.sequence = texts.get("eulerseq", s.sequence)
-        if len(s.sequence) != 3 or not set(s.sequence) <= set("xyzXYZ"):
-            raise texts.refuse(f"expected three of xyz or XYZ for eulerseq, got {s.sequence!r}")
-        s.autolimits = texts.get("autolimits", str(s.autolimits).lower()) == "true"
-        s.from_geoms = texts.get("inertiafromgeom", s.from_geoms)
-        low, high = texts.numbers("inertiagrouprange", s.groups)
-        s.groups = (low, high)
-        s.least_mass = texts.number("boundmass", s.least_mass)
-        s.least_inertia = texts.number("boundinertia", s.least_inertia)
-        s.balance = texts.get("balanceinertia", str(s.balance).lower()) == "true"
-        s.total = texts.number("settotalmass", s.total)
-        s.fits_box = texts.get("fitaabb", str(s.fits_box).lower()) == "true"
-        s.strips = texts.get("strippath", str(s.strips).lower()) == "true"
-        s.conflict = texts.get("conflict", s.conflict)
-        s.folder = texts.get("meshdir", texts.get("assetdir", s.folder))
+        before = dict(self._set_in(element))
+        if "assetdir" in element.attributes:
+            before.pop("meshdir", "")
+        texts = self._attributes(element, "compiler", before)
+        sequence = texts.get("eulerseq", "xyz")
+        if len(sequence) != 3 or not set(sequence) <= set("xyzXYZ"):
+            raise texts.refuse(f"expected three of xyz or XYZ for eulerseq, got {sequence!r}")
         given = texts.get("coordinate", "local"), texts.get("alignfree", "false")
         if given != ("local", "false"):
             raise self.refuse(element, "coordinate and alignfree of <compiler> are not read")
+        self._models[element.model].compiler = texts
+
+    def _set_in(self, element: Element) -> Given:
+        """What <compiler> says in the model of an element."""
+        return self._models[element.model].compiler
+
+    def _degree(self, element: Element) -> float:
+        """The unit of angles in the model of an element [rad]."""
+        return 1.0 if self._set_in(element).get("angle") == "radian" else math.radians(1)
 
     def _set_options(self, element: Element) -> None:
         texts, s = self._attributes(element, "option", {}), self._options
@@ -507,8 +495,7 @@ class _Reader(Source):
 
     def _turn(self, texts: Given) -> Array:
         """The rotation matrix of an orientation in any of MuJoCo's five forms."""
-        model = self._models[texts.element.model]
-        unit = math.radians(1) if model.degrees else 1.0
+        unit = self._degree(texts.element)
         given = [name for name in _ORIENTATIONS if name in texts]
         if len(given) > 1:
             raise texts.refuse(f"expected one orientation, got {' and '.join(given)}")
@@ -527,8 +514,8 @@ class _Reader(Source):
                 return turn_from_z(texts.aim("zaxis", texts.numbers("zaxis", (0, 0, 1))))
             case ["euler"]:
                 angles = texts.numbers("euler", (0, 0, 0)) * unit
-                turn = np.eye(3)
-                for letter, angle in zip(model.sequence, angles, strict=True):
+                turn, sequence = np.eye(3), self._set_in(texts.element).get("eulerseq", "xyz")
+                for letter, angle in zip(sequence, angles, strict=True):
                     step = turn_about(np.eye(3)["xyz".index(letter.lower())], angle)
                     # small letters turn about axes that turn along, capitals about fixed ones
                     turn = turn @ step if letter.islower() else step @ turn
@@ -607,7 +594,7 @@ class _Reader(Source):
             for child, _, frame in contents
             if child.tag == "inertial"
         ]
-        rule = self._models[element.model].from_geoms
+        rule = self._set_in(element).get("inertiafromgeom", "auto")
         by_geoms = link.name != GROUND and (rule == "true" or (rule == "auto" and not stated))
         for child, name, frame in contents:
             match child.tag:
@@ -634,7 +621,7 @@ class _Reader(Source):
             # place that place once more, where the least mass then stands
             nothing = replace(no_mass(), center=place).move(shift)
             mass = sum_masses(parts) if parts else [nothing, *stated][-1]
-            link.mass = self._limit(mass, self._models[element.model])
+            link.mass = self._limit(mass, self._set_in(element))
         for child, name, frame in inside:
             self._body(child, link, name, frame)
 
@@ -721,8 +708,7 @@ class _Reader(Source):
             message = f"expected a joint of type hinge, slide, ball or free, got {form!r}"
             raise self.refuse(element, message)
         axis = texts.aim("axis", frame[:3, :3] @ texts.numbers("axis", (0, 0, 1)))
-        degrees = self._models[element.model].degrees
-        unit = math.radians(1) if degrees and form == "hinge" else 1.0
+        unit = self._degree(element) if form == "hinge" else 1.0
         reference = unit * texts.number("ref", 0.0)
         rest = unit * texts.number("springref", 0.0)
         # the text shows the body where the coordinate is its reference
@@ -781,8 +767,8 @@ class _Reader(Source):
             ("actuatorfrcrange", "actuatorfrclimited", 1.0),
         ):
             limited = texts.get(flag, "auto")
-            if limited == "auto" and self._models[texts.element.model].autolimits and name in texts:
-                limited = "true"
+            if limited == "auto" and name in texts:
+                limited = self._set_in(texts.element).get("autolimits", "true")
             if limited == "true":
                 low, high = scale * texts.numbers(name, (0, 0))
                 bounds[name] = float(low), float(high)
@@ -860,7 +846,7 @@ class _Reader(Source):
         if texts.number("contype", 1) or texts.number("conaffinity", 1):
             self.omitted["contacts of geoms"] += 1
         model = self._models[texts.element.model]
-        low, high = model.groups
+        low, high = self._set_in(texts.element).numbers("inertiagrouprange", (0, 5))
         counts = counts and low <= texts.number("group", 0) <= high
         mass = texts.number("mass", -1.0) if "mass" in texts else None
         density = texts.number("density", 1000.0)
@@ -927,7 +913,7 @@ class _Reader(Source):
 
     def _fit(self, texts: Given, form: str, solid: Mass) -> tuple[float, Array]:
         """Volume and inertia by mass of a geom that takes the place of a mesh."""
-        if self._models[texts.element.model].fits_box:
+        if self._set_in(texts.element).get("fitaabb") == "true":
             raise texts.refuse("a geom fitted to the box around a mesh is not read")
         moments, axes = np.linalg.eigh(solid.inertia / solid.mass)
         moments, axes = moments[::-1], axes[:, ::-1]  # as MuJoCo orders them
@@ -960,9 +946,10 @@ class _Reader(Source):
 
     def _file_of(self, texts: Given) -> Path:
         name = Path(texts["file"].replace("\\", "/"))
-        model = self._models[texts.element.model]
-        name = Path(name.name) if model.strips else name
-        return self._beside(texts.element, name, model.folder)
+        stated = self._set_in(texts.element)
+        name = Path(name.name) if stated.get("strippath") == "true" else name
+        folder = stated.get("meshdir", stated.get("assetdir", ""))
+        return self._beside(texts.element, name, folder)
 
     def _show(self, texts: Given, place: Array) -> Iterator[Visual]:
         """Yield what a page shows of a mesh, if it is a file that stands as it is."""
@@ -1011,14 +998,16 @@ class _Reader(Source):
         points = lists["vertex"].astype(np.float32).astype(float)
         return faces_of(points, lists["face"].astype(np.int64))
 
-    def _limit(self, mass: Mass, s: _Model) -> Mass:
+    def _limit(self, mass: Mass, stated: Given) -> Mass:
         """Raise a mass and its principal moments to the least that <compiler> allows."""
-        total = max(mass.mass, s.least_mass)
-        if not (s.least_inertia or s.balance):
+        total = max(mass.mass, stated.number("boundmass", 0.0))
+        least = stated.number("boundinertia", 0.0)
+        balance = stated.get("balanceinertia") == "true"
+        if not (least or balance):
             return replace(mass, mass=total)
         moments, axes = np.linalg.eigh(mass.inertia)
-        moments = np.maximum(moments, s.least_inertia)
-        if s.balance and moments[0] + moments[1] < moments[2]:
+        moments = np.maximum(moments, least)
+        if balance and moments[0] + moments[1] < moments[2]:
             moments = np.full(3, moments.mean())
         return Mass(total, mass.center, axes @ np.diag(moments) @ axes.T)
 
@@ -1266,7 +1255,7 @@ class _Reader(Source):
         self.follow(element, joint, law + self._references[joint])
 
     def _mechanism(self, root: Element) -> Mechanism:
-        s, most = self._options, self._models[""].total
+        s, most = self._options, self._set_in(root).number("settotalmass", -1.0)
         total = sum(link.mass.mass for link in self._links)
         scale = most / total if most > 0 and total > 0 else 1.0
         loops, follows = self._close(root), self.compose_laws()
