@@ -275,6 +275,10 @@ def test_commands_take_it_and_say_what_is_left_out(tmp_path: Path) -> None:
         (model("<cat/>"), "<cat> in <model> is not read"),
         (model("<link/>"), "<link> has no name"),
         (model(A + A), "the name 'a' is there already"),
+        (
+            model(A + '<frame name="f" attached_to="g"/>'),
+            "there is no link, frame or joint 'g' here",
+        ),
         (model(link("a", "<pose>0 0 1</pose>")), "expected 6 finite numbers in <pose>"),
         (model(link("a", "<pose>0 0 x 0 0 0</pose>")), "expected 6 finite numbers in <pose>"),
         (

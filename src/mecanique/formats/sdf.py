@@ -179,6 +179,7 @@ class _Reader(Source):
         self._search = MeshSearch(file, package_path)
         self._version = (1, 0)
         self._links: list[_Link] = []
+        self._framed: list[_Frame] = []  # of <frame>, which may carry nothing
         self._carried: list[_Joint] = []
         self._loops: list[Loop] = []
 
@@ -319,6 +320,7 @@ class _Reader(Source):
         attached = attached or (GROUND if scope.parent is None else "__model__")
         frame = _Frame(element, pose, scope, relative or attached, attached_to=attached)
         self._add_frame(element, scope, self._name(element), frame)
+        self._framed.append(frame)
 
     def _find(self, scope: _Scope, name: str, at: Element) -> _Frame:
         """Return a frame by its name in a scope, of models inside with "::"."""
@@ -595,8 +597,9 @@ class _Reader(Source):
                 closing.append(joint)
             else:
                 carrier[joint.child.name] = joint
-        for link in self._links:
-            self._place(link.frame)
+        for frame in (*(link.frame for link in self._links), *self._framed):
+            self._place(frame)
+            self._carrier(frame)
         names = Names(joint.name for joint in self._carried)
         waiting = [link for link in self._links if link.name not in carrier]
         for link in waiting:
