@@ -17,7 +17,10 @@ from mecanique.derivation import derive
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.scalars.cancel import without_common_divisor
 from mecanique.derivation.scalars.evaluation import Evaluation
-from mecanique.model import Mechanism, time
+from mecanique.derivation.symbolic.lagrange import Lagrange
+from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.errors import DerivationError
+from mecanique.model import Body, Mechanism, Prismatic, particle, time
 from mecanique.model.expression import evaluate
 from mecanique.model.states import States
 
@@ -112,3 +115,18 @@ def test_every_step_reads_back(name: str) -> None:
         np.testing.assert_allclose(
             printed, derived, rtol=1e-11, atol=1e-11 * max(1.0, float(np.abs(derived).max()))
         )
+
+
+@pytest.mark.parametrize(("most", "refused"), [(3, True), (4, False)])
+def test_terms_of_kinetic_energies_are_counted_together(most: int, *, refused: bool) -> None:
+    """Four sleds side by side, whose energies have one term each."""
+    names = [f"sled{k}" for k in range(4)]
+    bodies = (Body("ground"), *(Body(name, particle(1.0)) for name in names))
+    rails = tuple(Prismatic(f"{name}_x", "ground", name, axis=(1, 0, 0)) for name in names)
+    algebra = Algebra(Mechanism("sleds", bodies, rails))
+    algebra.ring.most_terms = most
+    if refused:
+        with pytest.raises(DerivationError, match="the kinetic energy has more than 3 terms, too"):
+            Lagrange(algebra.mechanism, algebra)
+    else:
+        assert len(Lagrange(algebra.mechanism, algebra).T) == 4

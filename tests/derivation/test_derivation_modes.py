@@ -11,7 +11,7 @@ import sympy as sp
 
 import mecanique as mq
 from mecanique.derivation.mechanics.switching import OPEN, SLIPS, STICKS, ElementState, Mode
-from mecanique.derivation.switching import ModeCondition, ModeEquations, Modes
+from mecanique.derivation.switching import ModeCondition, ModeEquations, Modes, list_symbols
 from mecanique.motion.switching.law import Laws
 from mecanique.motion.switching.rows import SwitchingRows
 
@@ -107,6 +107,22 @@ def test_what_sticks_holds_by_static_friction_and_slips_by_that_of_motion() -> N
     a, G, c = sp.symbols("alpha g mu")
     down = modes["slips +"].accelerations["x''"]
     assert sp.simplify(down - G * (sp.sin(a) - c * sp.cos(a))) == 0
+
+
+def test_letters_of_products_stand_after_the_sums_of_their_factors() -> None:
+    k, c = mq.Parameter("k", 1.0, "N/m"), mq.Parameter("c", 2.0, "N/m")
+    coils = mq.JointSpring("coil", "slide", k), mq.JointSpring("other", "slide", c)
+    held = replace(block(), parameters=(*PARAMETERS, k, c), gravity=(0, 0, 0), forces=coils)
+    sticks = mq.derive_modes(held)["sticks"]
+    assert "  R_dry = (k + c) x" in str(sticks).splitlines()
+
+
+def test_forces_of_elements_are_explained() -> None:
+    meanings = dict(list_symbols(BALL))
+    assert meanings["N_floor"] == "force by which floor presses"
+    assert meanings["T_floor"] == "friction of floor"
+    assert meanings["g"].endswith("[m/s²]")
+    assert dict(list_symbols(block()))["R_dry"] == "friction of dry"
 
 
 def test_a_stop_says_what_it_bears() -> None:

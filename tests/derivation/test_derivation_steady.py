@@ -6,6 +6,8 @@ yaw'' + 2 u lean' = 0 and 5 r lean'' - 6 r u yaw' - 4 g lean = 0, times m r²/4 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 import mecanique as mq
@@ -30,3 +32,27 @@ def test_the_coin_has_the_matrices_of_its_exact_equations(
     assert entries(letters.M) == [["m r^2/4", "0"], ["0", "5 m r^2/4"]]
     assert [*map(entries, letters.C)] == [nothing, [["0", across], [back, "0"]]]
     assert [*map(entries, letters.K)] == [[["0", "0"], ["0", "-m g r"]], nothing, nothing]
+
+
+def test_the_coin_is_written_out_with_its_motion_and_the_meaning_of_its_letters() -> None:
+    coin = mq.textbook.load("rolling_coin")
+    falling = steady_letters(coin, {}, {"spin": 1.0}, ("yaw", "lean")).text()
+    lines = falling.splitlines()
+    assert lines[-2:] == [
+        "     M_11 yaw'' + u C1_12 lean' = 0",
+        "     M_22 lean'' + u C1_21 yaw' + K0_22 g lean = 0",
+    ]
+    for line in (
+        "  u      speed of the steady motion",
+        "  g      acceleration of free fall [m/s²]",
+        "    entries of the mass matrix",
+        "  K0_22  entries of the matrices of the deviations",
+        *("     z = r", "     x' = u r", "     spin' = u"),
+        *("     M_22 = 5 m r^2/4", "     C1_21 = -3 m r^2/2", "     K0_22 = -m r"),
+    ):
+        assert line in lines
+    floating = replace(coin, gravity=(0.0, 0.0, 0.0))
+    text = steady_letters(floating, {}, {"spin": 1.0}, ("yaw", "lean")).text()
+    assert text.splitlines()[-1] == "     M_22 lean'' + u C1_21 yaw' = 0"
+    assert "free fall" not in text
+    assert "deviations" not in text.replace("small deviations", "")
