@@ -109,12 +109,13 @@ def test_what_sticks_holds_by_static_friction_and_slips_by_that_of_motion() -> N
     assert sp.simplify(down - G * (sp.sin(a) - c * sp.cos(a))) == 0
 
 
-def test_letters_of_products_stand_after_the_sums_of_their_factors() -> None:
-    k, c = mq.Parameter("k", 1.0, "N/m"), mq.Parameter("c", 2.0, "N/m")
-    coils = mq.JointSpring("coil", "slide", k), mq.JointSpring("other", "slide", c)
-    held = replace(block(), parameters=(*PARAMETERS, k, c), gravity=(0, 0, 0), forces=coils)
-    sticks = mq.derive_modes(held)["sticks"]
-    assert "  R_dry = (k + c) x" in str(sticks).splitlines()
+def test_letters_of_products_stand_after_sums_but_before_their_rates() -> None:
+    x, c = mq.coordinate("x"), mq.Parameter("c", 1.0, "N·s/m")
+    push = mq.JointForce("push", "slide", c * x * (length + x) * mq.velocity("x") / length**2)
+    pushed = replace(block(), gravity=(0, 0, 0), forces=(push,), parameters=(*PARAMETERS, c))
+    assert str(mq.derive_modes(pushed)["sticks"]).splitlines()[2] == (
+        "  R_dry = -c (l + x) x x'/l^2"
+    )
 
 
 def test_forces_of_elements_are_explained() -> None:
