@@ -5,11 +5,11 @@
 
 Takes NUMBER places of the rooms where laws stand at random and changes one operator at each: a
 sign, + for −, · for /, a product's order, a comparison, an index or a number. Each change meets the
-tests that run its line, fastest first, then the others of their files, in a fork of a process that
-has collected all tests; the code of the loaded functions is exchanged, nothing is written into the
-source. A test that fails, or that never ends, has caught the change. Text is left alone: strings,
-error messages, functions that return a string. A part of a run is a fair sample: the order is
-random.
+tests that run its line, fastest first, then the others of their files, those of its room before all
+others, in a fork of a process that has collected all tests; the code of the loaded functions is
+exchanged, nothing is written into the source. A test that fails, or that never ends, has caught the
+change. Text is left alone: strings, error messages, functions that return a string. A part of a run
+is a fair sample: the order is random.
 --room changes one room alone, --again tries what survived a former run once more, --tests meets
 them with these tests alone.
 """
@@ -69,9 +69,11 @@ SUITES = [
 ]
 """Those of the core, of what is derived and generated, and of motions singular and in letters."""
 ENOUGH = 30
-"""CPU seconds of tests that a change meets, the fastest first."""
+"""CPU seconds of tests of its room that a change meets, the fastest first, and of others."""
 PATIENCE = 20
 """CPU seconds that these may take beyond five times what they take with nothing changed."""
+MEMORY = 6 * 2**30
+"""Bytes that they may take, as what never ends may also grow without end."""
 
 PAIRS = (
     (ast.Add, ast.Sub),
@@ -99,6 +101,13 @@ EQUIVALENT = {
     .split("\n\n")[1:]
 }
 """Changes that nothing can catch: module, line and change."""
+
+SHARING = {
+    str(path.relative_to(ROOT))
+    for path in (ROOT / "tests").rglob("test_*.py")
+    if "derive_system" in path.read_text(encoding="utf-8")
+}
+"""Files of tests that share what systems.py keeps."""
 
 LISTS = (ast.List, ast.ListComp, ast.Set, ast.JoinedStr)
 """What is joined by +, so that − would only raise."""
@@ -216,6 +225,11 @@ def change_at(path: Path, number: int) -> Change:
     )
 
 
+def file_of(test: str) -> str:
+    """Return the file of a test."""
+    return test.split("::")[0]
+
+
 class Record(NamedTuple):
     """The CPU time of each test, and the tests that run a line, by file and line."""
 
@@ -234,20 +248,26 @@ class Record(NamedTuple):
         return cls(found["seconds"], tests)
 
     def covering(self, change: Change) -> list[str]:
-        """Return the tests that run what was changed, then those beside them, the fastest first."""
+        """Return the tests that run what was changed, then those beside, of its room and others."""
         of_module = self.tests.get(str(change.path.relative_to(ROOT)), {})
         lines = of_module if change.at_import else change.lines
         direct = {test for line in lines for test in of_module.get(line, ())}
         # what a shared fixture or a cache holds was computed by the first of the tests that use it
-        files = {test.split("::")[0] for test in direct}
-        beside = {test for test in self.seconds if test.split("::")[0] in files} - direct
-        fastest = [
-            test
-            for tests in (direct, beside)
-            for test in sorted(tests, key=self.seconds.__getitem__)
+        files = {file_of(test) for test in direct}
+        files |= SHARING if files & SHARING else set()
+        beside = {test for test in self.seconds if file_of(test) in files} - direct
+        room = f"tests/{change.path.relative_to(SOURCE / 'mecanique').parts[0]}/"
+        own = {test for test in direct | beside if test.startswith(room)}
+        return [
+            *self._fastest(direct & own, beside & own),
+            *self._fastest(direct - own, beside - own),
         ]
-        total = accumulate(self.seconds[test] for test in fastest)
-        return [test for test, spent in zip(fastest, total, strict=True) if spent < ENOUGH]
+
+    def _fastest(self, *groups: set[str]) -> list[str]:
+        """Return as many tests of the groups, one after the other, as time is enough for."""
+        ordered = [test for tests in groups for test in sorted(tests, key=self.seconds.__getitem__)]
+        total = accumulate(self.seconds[test] for test in ordered)
+        return [test for test, spent in zip(ordered, total, strict=True) if spent < ENOUGH]
 
 
 def codes(code: CodeType) -> Iterator[CodeType]:
@@ -355,6 +375,7 @@ def meet(session: pytest.Session, change: Change, tests: list[str], usual: float
     """Return how many tests fail with a change; one is enough. They take usual CPU seconds."""
     limit = int(PATIENCE + 5 * usual)
     resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     install(change)
     items = {item.nodeid: item for item in session.items}
     for _ in run(session, [items[test] for test in tests if test in items]):
