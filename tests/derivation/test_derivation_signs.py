@@ -406,6 +406,7 @@ def test_forces_of_teeth_do_not_depend_on_the_unit_of_length(scale: float) -> No
         coordinates=Coordinates((), {"B": -2 * coordinate("A"), "S": R * coordinate("P")}),
         elements=(Gear("mesh", "A", "B", R, other_radius=r), Rack("teeth", "P", "S", R)),
     )
-    forces = derive(mechanism, "newton_euler").guide_forces([0.3, 0.2])
-    along = {name: float(force) * np.cos(np.radians(20)) / scale for name, force in forces.items()}
-    assert along == pytest.approx({"mesh": 2.5, "teeth": 10.0}, rel=1e-12)
+    size = scale / np.cos(np.radians(20))
+    expected = pytest.approx({"mesh": 2.5 * size, "teeth": 10.0 * size}, rel=1e-12)
+    assert derive(mechanism, "newton_euler").guide_forces([0.3, 0.2]) == expected
+    assert Reference(mechanism).guide_forces([0.3, 0.2]) == expected
