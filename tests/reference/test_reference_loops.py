@@ -736,22 +736,53 @@ def test_rows_that_hardly_differ_are_told_from_those_that_follow_from_them(seed:
     assert _name_redundant(closure, names) == ("e", "f", "g")
 
 
-@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
-def test_an_assembly_that_begins_where_nothing_closes_is_sought_as_far_as_its_size(
-    size: float,
-) -> None:
-    """A rod straight below a hanging bar is as short as it can be, to first order."""
-    arm, rail, length = (0.0, 0.0, -size), Placement((0.0, 0.0, -1.5 * size)), 0.8 * size
-    mechanism = Mechanism(
+def press(size: float) -> Mechanism:
+    """A hanging bar, and a slider on a level rail below, with a rod from its tip to the slider."""
+    arm, rail = (0.0, 0.0, -size), Placement((0.0, 0.0, -1.5 * size))
+    return Mechanism(
         "press",
         (Body("ground"), Body("bar", rod(1.0, size, arm)), Body("slider", particle(1.0))),
         (
             Revolute("pin", "ground", "bar", axis=(0, -1, 0)),
             Prismatic("rail", "ground", "slider", axis=(1, 0, 0), origin=rail),
         ),
-        loops=(Loop.distance("rod", "bar", arm, "slider", (0.0, 0.0, 0.0), length),),
+        loops=(Loop.distance("rod", "bar", arm, "slider", (0.0, 0.0, 0.0), 0.8 * size),),
     )
-    angle, x = assemble(mechanism)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_an_assembly_that_begins_where_nothing_closes_is_sought_as_far_as_its_size(
+    size: float,
+) -> None:
+    """A rod straight below a hanging bar is as short as it can be, to first order."""
+    angle, x = assemble(press(size))
     apart = np.array([x - size * np.sin(angle), size * (np.cos(angle) - 1.5)])
-    assert np.linalg.norm(apart) == pytest.approx(length, rel=1e-9)
+    assert np.linalg.norm(apart) == pytest.approx(0.8 * size, rel=1e-9)
     assert abs(x) < 10 * size
+
+
+def test_an_assembly_is_sought_from_all_angles(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And from slides of as many lengths as these have radians."""
+    starts: list[np.ndarray] = []
+
+    def settle(closed: Closed, q: np.ndarray, *_: object) -> tuple[np.ndarray, np.ndarray]:
+        starts.append(q / closed.closures.columns)
+        return q, np.ones(1)
+
+    monkeypatch.setattr("mecanique.reference.loops.assembly.settle", settle)
+    with pytest.raises(ClosureError, match="rod"):
+        assemble(press(0.02))
+    first, *others = np.array(starts)
+    assert not first.any()
+    assert len(others) > 20
+    reach = np.abs(others).max(axis=0)
+    assert (reach > 0.9 * np.pi).all()
+    assert (reach < np.pi).all()
+
+
+def test_what_stays_open_is_told_in_meters() -> None:
+    """The tip comes as near as half a bar to the rail, the rod is three tenths of one long."""
+    mechanism = press(0.02)
+    short = replace(mechanism, loops=(replace(mechanism.loops[0], length=0.3 * 0.02),))
+    with pytest.raises(ClosureError, match=r"leaves it open by 0\.004 m \(rod: length\)"):
+        assemble(short)
