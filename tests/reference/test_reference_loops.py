@@ -673,6 +673,12 @@ def test_welds_of_loops_transmit_what_fixed_joints_do() -> None:
     welds = [Loop.weld(f"weld_{name}", "arm", at, name, Placement()) for name, at in places.items()]
     tree = Reference(Mechanism("tree", bodies, (pin, *fixed)))
     tied = Reference(Mechanism("tied", bodies, (pin, *flying), loops=tuple(welds)))
+    assert tied.closed is not None
+    blocks = tied.closed.closures.units.blocks.tolist()
+    rows = [name.split(": ") for name in tied.constraint_names]
+    parts = [(loop, row.startswith("r")) for loop, row in rows]
+    # the lengths of each loop are scaled together, and so are its angles
+    assert len({*zip(parts, blocks, strict=True)}) == len({*parts}) == len({*blocks}) == 4
     q, v = [0.7], [1.3]
     poses = [tree.pose(name, q) for name in places]
     turns = [Rotation.from_matrix(pose[:3, :3]) for pose in poses]
