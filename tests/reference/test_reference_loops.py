@@ -792,3 +792,26 @@ def test_what_stays_open_is_told_in_meters() -> None:
     short = replace(mechanism, loops=(replace(mechanism.loops[0], length=0.3 * 0.02),))
     with pytest.raises(ClosureError, match=r"leaves it open by 0\.004 m \(rod: length\)"):
         assemble(short)
+
+
+def test_each_loop_is_measured_by_its_own_length_and_what_is_in_none_by_that_of_all() -> None:
+    small, large = 0.02, 2.0
+    bodies, joints, loops = [Body("ground")], list[Revolute | Prismatic](), list[Loop]()
+    for size in (small, large):
+        arm, rail = (0.0, 0.0, -size), Placement((0.0, 0.0, -1.5 * size))
+        bar, slider = f"bar{len(loops)}", f"slider{len(loops)}"
+        bodies += [Body(bar, rod(1.0, size, arm)), Body(slider, particle(1.0))]
+        joints.append(Revolute(f"{bar}_pin", "ground", bar, axis=(0, -1, 0)))
+        joints.append(Prismatic(f"{slider}_rail", "ground", slider, origin=rail))
+        loops.append(
+            Loop.distance(f"rod{len(loops)}", bar, arm, slider, (0.0, 0.0, 0.0), 0.8 * size)
+        )
+    bodies.append(Body("free", particle(1.0)))
+    joints.append(Prismatic("free", "ground", "free"))
+    mechanism = Mechanism("two", tuple(bodies), tuple(joints), loops=tuple(loops))
+    closures = closed_of(mechanism).closures
+    # medians of what each press states, 0.8, 1 and 1.5 sizes, and of both
+    whole = (1.5 * small + 0.8 * large) / 2
+    assert closures.length == pytest.approx(whole, rel=1e-15)
+    np.testing.assert_allclose(closures.rows, [1 / small, 1 / large], rtol=1e-14, atol=0)
+    np.testing.assert_allclose(closures.columns, [1, small, 1, large, whole], rtol=1e-14, atol=0)
