@@ -815,3 +815,31 @@ def test_each_loop_is_measured_by_its_own_length_and_what_is_in_none_by_that_of_
     assert closures.length == pytest.approx(whole, rel=1e-15)
     np.testing.assert_allclose(closures.rows, [1 / small, 1 / large], rtol=1e-14, atol=0)
     np.testing.assert_allclose(closures.columns, [1, small, 1, large, whole], rtol=1e-14, atol=0)
+
+
+def test_a_flywheel_given_by_its_moment_of_inertia_drives_a_slider_by_a_rod_without_mass() -> None:
+    """(J + m x'²) θ'' = τ at rest, with x = r cos θ + √(l² − r² sin² θ) and x' = dx/dθ."""
+    J, m, r, length, torque, about = 0.3, 2.0, 0.5, 1.2, 3.0, (0, -1, 0)
+    flywheel = Shape(0.0, (0, 0, 0), (0.2, J, 0.2, 0, 0, 0))
+    bodies = (Body("ground"), Body("crank", flywheel), Body("rod"), Body("slider", particle(m)))
+    mechanism = Mechanism(
+        "engine",
+        (*bodies, Body("wheel", flywheel)),
+        (
+            Revolute("theta", "ground", "crank", axis=about),
+            Revolute("beta", "crank", "rod", axis=about, origin=Placement((r, 0, 0))),
+            Prismatic("x", "ground", "slider", axis=(1, 0, 0)),
+            Revolute("phi", "ground", "wheel", axis=about),
+        ),
+        forces=(JointForce("drive", "theta", torque), JointForce("other", "phi", torque)),
+        loops=(Loop.pin("pin", "rod", (length, 0, 0), "slider", (0, 0, 0)),),
+    )
+    angle = 0.7
+    c, s = np.cos(angle), np.sin(angle)
+    along = np.sqrt(length**2 - (r * s) ** 2)
+    q = [angle, -np.arcsin(r * s / length) - angle, r * c + along, 0.0]
+    slope = -r * s * (1 + r * c / along)
+    found = Reference(mechanism).acceleration(q)
+    expected = torque / (J + m * slope**2)
+    np.testing.assert_allclose(found[[0, 3]], [expected, torque / J], rtol=1e-12, atol=0)
+    assert found[2] == pytest.approx(slope * expected, rel=1e-12)

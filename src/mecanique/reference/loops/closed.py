@@ -42,13 +42,15 @@ class MassRoot:
     def __init__(self, engine: EngineModel) -> None:
         model = engine.model
         self._data = engine.data
-        self._joints = [i for i in range(1, model.njoints) if model.inertias[i].mass > 0]
+        # bodies without mass as well: a flywheel may be given by its moment of inertia alone
+        self._joints = range(1, model.njoints)
         inertias = [model.inertias[i] for i in self._joints]
+        masses = np.array([inertia.mass for inertia in inertias])
         # reshaped so that empty arrays have three axes, too
-        self._mass = np.sqrt([inertia.mass for inertia in inertias]).reshape(-1, 1, 1)
+        self._mass = np.sqrt(np.maximum(masses, 0.0)).reshape(-1, 1, 1)
         self._levers = np.array([inertia.lever for inertia in inertias]).reshape(-1, 3, 1)
         self._inertia = np.array([_root(x.inertia) for x in inertias]).reshape(-1, 3, 3)
-        self._carried = velocities_that_carry(engine)[self._joints][:, None, :]
+        self._carried = velocities_that_carry(engine)[1:, None]
         rotors = np.sqrt(np.asarray(model.armature))
         self._rotors = np.diag(rotors)[rotors > 0]
 
