@@ -12,6 +12,7 @@ from mecanique.model import Mechanism
 from mecanique.reference.loops.assembly import Tangent, newton
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.nullspace import NaturalUnits, _weigh, measure, split
+from mecanique.reference.tolerances import EPSILON
 
 LINKAGES = [
     name for name in mq.textbook.names() if mq.textbook.load(name).loops and name != "squeezer"
@@ -294,6 +295,22 @@ def test_newton_ends_where_steps_leave_more_of_a_small_gap_than_they_may() -> No
         newton(closed, q, v, 0.0, metric, short, near=near, stagnant=stagnant, sweeps=sweeps)
         assert len(gaps) == steps
         np.testing.assert_allclose(gaps[1:], 0.6 * np.array(gaps[:-1]), rtol=0.02, atol=0)
+
+
+def test_gaps_that_rounding_leaves_grow_with_the_turns_of_the_angles() -> None:
+    mechanism = four_bars((1.0, 1.0))
+    closed, q, v = closed_of(mechanism), assembled(mechanism), np.zeros(3)
+    metric = closed.measure(closed.closures.at(q, v, 0.0).jacobian)
+    turned = 2 * np.pi * np.array([1e6, -3e6, 2e6])
+    near, far = (
+        newton(closed, start, v, 0.0, metric, least_squares, stagnant=0.5, sweeps=8)
+        for start in (q, q + turned)
+    )
+    closure = closed.closures.at(q, v, 0.0)
+    gaps = metric.units.rows * (np.abs(closure.jacobian) @ np.abs(turned))
+    assert far.rounding - near.rounding == pytest.approx(EPSILON * gaps.max(), rel=1e-3)
+    assert 1e-11 < far.rounding < 1e-8
+    assert far.gap < far.rounding
 
 
 def least_squares(J: np.ndarray, gaps: np.ndarray) -> np.ndarray:

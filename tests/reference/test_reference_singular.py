@@ -10,16 +10,19 @@ import pytest
 from mecanique import simulate, textbook
 from mecanique.errors import EngineError
 from mecanique.model import Body, Floating, Mechanism, ball
-from mecanique.reference import Reference, assembly_branches
+from mecanique.reference import Reference, assemble, assembly_branches
 from mecanique.reference.engine.load import load
+from mecanique.reference.loops.assembly import NewtonResult, Tangent, newton
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.singular import (
     _FAR,
     _NEAR,
+    _SIDE,
     ClosedRhs,
     _distance,
     _find_way,
     _fits,
+    _land_around,
     _Neighborhood,
     _pass,
     _Slope,
@@ -212,3 +215,31 @@ def test_a_turn_is_judged_a_few_times_whatever_the_size(
     )
     assert motion.q[-1, 0] == pytest.approx(12.40264296, abs=1e-6)
     assert 0 < len(judged) < 20
+
+
+def test_places_around_a_state_are_sought_where_the_path_leads(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Bends grow with the square of the way k: those before give k² but for 2."""
+    linkage = textbook.load("four_bar_linkage")
+    reference = Reference(linkage)
+    closed, q = reference.closed, assemble(linkage, {"phi": 1.0}, keep=("phi",))
+    assert closed is not None
+    J = reference.constraint_jacobian(q)
+    here = _State(q, np.linalg.svd(J)[2][-1], 0.0)
+    found: list[tuple[np.ndarray, np.ndarray]] = []
+
+    def land(*given: Any, tangent: Tangent, **options: Any) -> NewtonResult:
+        landing = newton(*given, tangent=tangent, **options)
+        found.append((tangent.bend, landing.bend))
+        return landing
+
+    monkeypatch.setattr("mecanique.reference.loops.singular.newton", land)
+    landings = _land_around(closed, _find_way(closed, here), here, 0.0, 0.01)
+    assert landings is not None
+    assert len(landings) == len(found) == 2 * _SIDE
+    for side in (found[:_SIDE], found[_SIDE:]):
+        for k, (sought, bend) in enumerate(side[1:], 2):
+            size = np.linalg.norm(bend)
+            assert size > 1e-5
+            assert np.linalg.norm(sought - bend) < 1.2 * 2 / k**2 * size
