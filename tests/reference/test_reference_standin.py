@@ -175,3 +175,39 @@ def test_wrenches_add_up() -> None:
     a, b = standin.Force(np.arange(6.0)), standin.Force(np.array([1.0, -1, 2, 0, 3, -2]))
     np.testing.assert_array_equal((a + b).vector, [1, 0, 4, 3, 7, 3])
     np.testing.assert_array_equal((a - b).vector, [-1, 2, 0, 3, 1, 7])
+
+
+def test_origins_turn_by_roll_then_pitch_then_yaw_about_fixed_axes() -> None:
+    text = """<robot name="arm"><link name="base"/><link name="arm"><inertial>
+        <origin xyz="0.1 0.2 0.3" rpy="-0.4 0.2 0.9"/><mass value="2"/>
+        <inertia ixx="0.5" ixy="0.05" ixz="-0.03" iyy="0.6" iyz="0.02" izz="0.4"/>
+        </inertial></link><joint name="pin" type="revolute"><parent link="base"/>
+        <child link="arm"/><origin xyz="1 2 3" rpy="0.3 -0.5 0.8"/><axis xyz="0 3 4"/></joint>
+        </robot>"""
+    model = standin.buildModelFromXML(text)
+    placement, inertia = model.jointPlacements[1], model.inertias[1]
+    turn = Rotation.from_euler("xyz", [0.3, -0.5, 0.8]).as_matrix()
+    np.testing.assert_allclose(placement.rotation, turn, rtol=0, atol=1e-15)
+    np.testing.assert_array_equal(placement.translation, [1, 2, 3])
+    np.testing.assert_allclose(model.joints[1].axis, [0, 0.6, 0.8], rtol=1e-15, atol=0)
+    own = np.array([[0.5, 0.05, -0.03], [0.05, 0.6, 0.02], [-0.03, 0.02, 0.4]])
+    axes = Rotation.from_euler("xyz", [-0.4, 0.2, 0.9]).as_matrix()
+    np.testing.assert_allclose(inertia.inertia, axes @ own @ axes.T, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(inertia.lever, [0.1, 0.2, 0.3], rtol=1e-15, atol=0)
+    assert inertia.mass == 2.0
+
+
+def test_inertias_add_up_about_their_common_center() -> None:
+    """Two particles of 1 and 3 kg, 4 m apart: the center at 3 m, and 3/4 · 16 kg·m² about it."""
+    nothing = np.zeros((3, 3))
+    one = standin.Inertia(1.0, np.array([0.0, 0.0, 1.0]), nothing)
+    other = standin.Inertia(3.0, np.array([4.0, 0.0, 1.0]), nothing)
+    both = one + other
+    assert both.mass == 4.0
+    np.testing.assert_allclose(both.lever, [3, 0, 1], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(both.inertia, np.diag([0, 12.0, 12.0]), rtol=0, atol=1e-14)
+    # about the origin they are sums
+    np.testing.assert_allclose(both.matrix(), one.matrix() + other.matrix(), rtol=0, atol=1e-13)
+    light = standin.Inertia(0.0, np.zeros(3), np.eye(3))
+    np.testing.assert_array_equal((light + light).inertia, 2 * np.eye(3))
+    assert (light + light).mass == 0.0

@@ -248,7 +248,8 @@ class Chart:
         moving = any(
             symbols_in(entry) - mechanism.values.keys() for entry in everything[2 * count :]
         )
-        if moving or any(entry != 0 for entry in everything[: 2 * count]):
+        # where G is constant, γ is the rate of c
+        if moving or any(entry != 0 for entry in everything[:count]):
             self._jet = compile_scalars(everything, names)
         else:
             numbers = mechanism.evaluate_all(everything[2 * count :])
