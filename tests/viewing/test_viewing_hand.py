@@ -250,9 +250,9 @@ CUT = """(tab) => [...document.querySelectorAll(`#panel-${tab} :is(th, td)`)].fi
 """Cells of a panel's tables that a phone's screen does not show whole."""
 
 
-@pytest.mark.parametrize("name", ["shear_building", "four_bar_linkage"])
+@pytest.mark.parametrize("name", ["shear_building", "four_bar_linkage", "planetary_gear"])
 def test_no_column_of_a_wide_table_is_cut_on_a_phone(name: str, show: Callable[..., Visit]) -> None:
-    """Five coordinates in the ledger, eight forms in the verdict."""
+    """Five coordinates in the ledger, eight forms in the verdict, and two with long names."""
     start = mq.textbook.entry(name).start
     moving = mq.simulate(load(name), q=start, duration=0.5)
     seen = show(scene(moving), viewport=PHONE)
@@ -260,4 +260,14 @@ def test_no_column_of_a_wide_table_is_cut_on_a_phone(name: str, show: Callable[.
         seen.page.click(f"#tab-{tab}")
         assert seen.js(f"document.querySelectorAll('#panel-{tab} td').length") > 9
         assert seen.js(CUT, tab) == [], tab
+    seen.clean()
+
+
+def test_conditions_of_modes_do_not_widen_a_phone(show: Callable[..., Visit]) -> None:
+    """Those of the rocking block have fractions that are wider than the screen."""
+    entry = mq.textbook.entry("rocking_block")
+    moving = mq.simulate(load("rocking_block"), q=entry.start, v=entry.start_velocity, duration=0.1)
+    seen = show(scene(moving), viewport=PHONE)
+    assert seen.js("document.querySelectorAll('#panel-equations .note math').length") > 0
+    assert seen.js("document.getElementById('panel-equations').scrollWidth") <= PHONE["width"]
     seen.clean()
