@@ -249,7 +249,8 @@ def _bounds_apart(mechanism: Mechanism, result: Mechanism) -> Iterator[float]:
 def _gaps(mechanism: Mechanism, engine: Reference, q: Array) -> Array:
     """Return where each loop's second frame is in its first: same gaps, same rank, same forces."""
     poses = []
-    for loop in sorted(mechanism.loops, key=lambda loop: loop.name):
+    # a format may name loops otherwise, but keeps the order of those of a kind
+    for loop in sorted(mechanism.loops, key=lambda loop: loop.kind):
         ends = []
         for body, frame in ((loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b)):
             place = mechanism.matrix(frame)

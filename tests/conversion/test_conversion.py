@@ -386,3 +386,19 @@ def test_the_command_writes_and_judges(tmp_path: Path) -> None:
         mq.convert(mq.read(ARM), "USD")  # type: ignore[arg-type]
     with pytest.raises(mq.InputError, match="expected a number of states from 1, got 0"):
         mq.convert(mq.read(ARM), "URDF", states=0)
+
+
+@pytest.mark.parametrize("form", ["URDF", "MJCF", "SDF"])
+def test_loops_are_compared_in_their_order_whatever_their_names(form: Form) -> None:
+    """URDF names a loop by its bodies, so that "second" comes before "first"."""
+    arm = '<body name="{}" pos="{} 0 1"><joint axis="0 1 0"/><geom size="0.1" pos="0 0 {}"/></body>'
+    arms = "".join(
+        arm.format(name, k, 0.3 + 0.1 * k) for k, name in enumerate(("z", "y", "b", "a"))
+    )
+    ties = (
+        '<connect name="first" body1="z" body2="y" anchor="0.5 0 0"/>'
+        '<connect name="second" body1="b" body2="a" anchor="0.4 0 0.1"/>'
+    )
+    text = f"<mujoco><worldbody>{arms}</worldbody><equality>{ties}</equality></mujoco>"
+    conversion = mq.convert(mq.read(text), form, states=5)
+    assert conversion.proved, str(conversion)
