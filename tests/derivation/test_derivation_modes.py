@@ -379,3 +379,17 @@ def test_what_presses_itself_against_a_stop_is_not_determined_where_it_also_stic
     assert slips.accelerations["x''"] == 0
     presses, rubs = (float(slips.forces[name] / sp.Symbol("F")) for name in ("N_wall", "R_dry"))
     assert (presses, rubs) == pytest.approx((1 / 1.3, -0.3 / 1.3), rel=1e-12)
+
+
+@pytest.mark.slow  # 6 s, of minutes where fractions were solved for as fractions
+def test_the_open_mode_of_a_linkage_is_solved_in_letters() -> None:
+    crank = mq.textbook.load("clearance_slider_crank")
+    (mode,) = mq.derive_modes(crank, only=[{e.name: "open" for e in crank.switching}]).modes
+    q, v = np.array([0.4, -0.9, 0.3]), np.array([2.0, -1.0, 0.5])
+    letters = zip((*crank.coordinates, *crank.velocities), (*q, *v), strict=True)
+    values = crank.values | dict(letters)
+    named = {sp.Symbol(name): value for name, value in values.items()}
+    solved = [float(formula.subs(named)) for formula in mode.accelerations.values()]
+    rhs = mq.Reference(replace(crank, switching=())).rhs()
+    free = rhs(0.0, np.concatenate([q, v]))[3:]
+    np.testing.assert_allclose(solved, free, rtol=1e-10, atol=0)

@@ -295,10 +295,16 @@ def derive_modes(
     modes: list[ModeEquations] = []
     places = _place_letters(mechanism)
     for states in chosen or product(*choices.values()):
-        laws = list(balance)
+        laws, known = list(balance), dict[Any, Any]()
         for forces, state in zip(unknown, states, strict=True):
-            laws += _constrain(forces, state)
-        solution = _solve(laws, [*accelerations, *symbols])
+            for row, force in _constrain(forces, state):
+                if force is None:
+                    laws.append(row.second)
+                else:
+                    known[row.symbol] = sympify(force)
+        known = {symbol: force.xreplace(known) for symbol, force in known.items()}
+        left = [symbol for symbol in (*accelerations, *symbols) if symbol not in known]
+        solution = _solve([law.xreplace(known) for law in laws], left, known)
         conditions: list[ModeCondition] = []
         for forces, state in zip(unknown, states, strict=True):
             conditions += _list_conditions(forces, state, solution)
@@ -394,24 +400,18 @@ def _list_states(forces: _ElementForces) -> list[str]:
     return [*states, CLOSED] if forces.tangent is None else [*states, STICKS, FORWARD, BACKWARD]
 
 
-def _constrain(forces: _ElementForces, state: str) -> Iterator[Any]:
-    """Yield what an element's state says of its forces."""
+def _constrain(forces: _ElementForces, state: str) -> Iterator[tuple[_Row, Any]]:
+    """Yield each row of an element with its force in a state; None where it is held instead."""
     element, normal, tangent = forces
     if state == OPEN:
-        yield from (row.symbol for row in (normal, tangent) if row is not None)
+        yield from ((row, 0) for row in (normal, tangent) if row is not None)
         return
     if normal is not None:
-        if isinstance(element, Stop) and element.stiffness is not None:
-            yield normal.symbol + element.stiffness * normal.gap
-        else:
-            yield normal.second
-    if tangent is None:
-        return
-    if state == STICKS:
-        yield tangent.second
-    else:
-        sign = 1 if state == FORWARD else -1
-        yield tangent.symbol + sign * element.coefficients[0] * _find_load(element)
+        stiffness = element.stiffness if isinstance(element, Stop) else None
+        yield normal, None if stiffness is None else -stiffness * normal.gap
+    if tangent is not None:
+        sign = {STICKS: 0, FORWARD: -1, BACKWARD: 1}[state]
+        yield tangent, sign * element.coefficients[0] * _find_load(element) if sign else None
 
 
 def _find_load(element: Switching) -> Any:
@@ -422,8 +422,8 @@ def _find_load(element: Switching) -> Any:
     return 1 if by is None else Symbol(force_symbol("N", by))
 
 
-def _solve(laws: list[Any], unknowns: list[Any]) -> dict[Any, Any]:
-    """Return the unknowns; none where they are not determined."""
+def _solve(laws: list[Any], unknowns: list[Any], known: dict[Any, Any]) -> dict[Any, Any]:
+    """Return the unknowns, and those known by others; none where they are not determined."""
     from sympy import (
         Dummy,
         Float,
@@ -437,8 +437,9 @@ def _solve(laws: list[Any], unknowns: list[Any]) -> dict[Any, Any]:
     )
     from sympy.polys.matrices import DomainMatrix
 
-    matrix, right = linear_eq_to_matrix(laws, unknowns)
-    if _is_singular(matrix):
+    count = len(unknowns)
+    matrix, right = linear_eq_to_matrix([*laws, *known.values()], unknowns)
+    if _is_singular(matrix[:count, :]):
         return {}
     whole = Matrix.hstack(matrix, right)
     if any(call.args[0].is_Add for call in whole.atoms(sin, cos)):
@@ -448,11 +449,17 @@ def _solve(laws: list[Any], unknowns: list[Any]) -> dict[Any, Any]:
     calls = {call: Dummy() for call in whole.atoms(Function)}
     decimals = {number: Rational(str(number)) for number in whole.atoms(Float)}
     exact = DomainMatrix.from_Matrix(whole.xreplace(calls).xreplace(decimals)).to_field()
-    values = exact[:, :-1].lu_solve(exact[:, -1:]).to_Matrix()
+    # without fractions, whose common factors take nearly all of the time to find
+    _, system = exact[:count, :].clear_denoms_rowwise(convert=True)
+    numerators, denominator = system[:, :-1].solve_den(system[:, -1:], method="charpoly")
+    field = exact.domain
+    solved = numerators.convert_to(field) / field.convert_from(denominator, system.domain)
+    others = exact[count:, :-1] * solved - exact[count:, -1:]
     back = {letter: call.xreplace(decimals) for call, letter in calls.items()}
-    solved = [_shorten(value.xreplace(back)) for value in values]
-    solved = [_write_decimals(value, everywhere=bool(decimals)) for value in solved]
-    return dict(zip(unknowns, solved, strict=True))
+    values = [*solved.to_Matrix(), *others.to_Matrix()]
+    short = [_shorten(value.xreplace(back)) for value in values]
+    short = [_write_decimals(value, everywhere=bool(decimals)) for value in short]
+    return dict(zip([*unknowns, *known], short, strict=True))
 
 
 def _write_decimals(value: Any, *, everywhere: bool) -> Any:
