@@ -49,20 +49,12 @@ velocities are u = T v."""
 @final
 @dataclass(frozen=True)
 class Moving:
-    """A joint as an engine has it.
-
-    Args:
-        name: its name.
-        at: where its positions stand among the engine's.
-        rate: where its velocities begin among the engine's.
-        kind: one of `WIDTHS`.
-        chart: how the engine counts its positions and velocities.
-    """
+    """A joint as an engine has it."""
 
     name: str
-    at: slice
-    rate: int
-    kind: str
+    at: slice  # where its positions stand among the engine's
+    rate: int  # where its velocities begin among the engine's
+    kind: str  # one of `WIDTHS`
     chart: Chart
 
 
@@ -109,15 +101,9 @@ def evaluate(
     answer: Callable[[Array, Array], tuple[Array, ...]],
     complaints: Sequence[str] = (),
 ) -> Original:
-    """Return an engine's results in the velocities asked about.
+    """Return an engine's answers, M, bias and passive forces if any, in velocities asked about.
 
-    Args:
-        q: positions of joints.
-        v: velocities of joints.
-        joints: those of the engine that move.
-        rest: the engine's positions where nothing is asked about.
-        answer: from its positions and velocities its mass matrix, bias and passive forces, if any.
-        complaints: its messages about the file.
+    Joints that are not asked about stay where they rest.
     """
     pairs = [*zip(pair(v, joints), joints, strict=True)]
     paired = {name: joint for name, joint in pairs if name}
