@@ -42,7 +42,7 @@ from mecanique.reference.loops.assembly import (
 )
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.closures import ScaledClosure
-from mecanique.reference.loops.freedom import _name_redundant
+from mecanique.reference.loops.freedom import _name_redundant, freedom_of
 from mecanique.reference.loops.independent import Independent
 
 A = Placement((0.1, 0.2, 0.3), (0.4, 0.5, 0.6))
@@ -843,3 +843,17 @@ def test_a_flywheel_given_by_its_moment_of_inertia_drives_a_slider_by_a_rod_with
     expected = torque / (J + m * slope**2)
     np.testing.assert_allclose(found[[0, 3]], [expected, torque / J], rtol=1e-12, atol=0)
     assert found[2] == pytest.approx(slope * expected, rel=1e-12)
+
+
+@pytest.mark.parametrize(("share", "locked"), [(0.22, False), (0.18, True)])
+def test_a_mechanism_that_falls_back_from_four_fifths_of_every_way_is_locked(
+    share: float, monkeypatch: pytest.MonkeyPatch, *, locked: bool
+) -> None:
+    linkage = four_bar()
+    q = assemble(linkage, START)
+
+    def fall_back(closed: Closed, start: np.ndarray, *_: object) -> np.ndarray:
+        return q + share * (start - q)
+
+    monkeypatch.setattr("mecanique.reference.loops.freedom.close_position", fall_back)
+    assert (freedom_of(closed_of(linkage), q, 0.0).N == 0) == locked
