@@ -366,14 +366,15 @@ def find_crossings(
     # at a break the curve has the state after it
     end = np.where(np.isin(curve.intervals + 2, curve.breaks), np.nextafter(end, begin), end)
     times = np.array([begin + x * (end - begin) for x in (0.0, *places[:-1])] + [end])
-    columns = quantities(*curve(times.ravel()).arrays).T
+    some, place = np.unique(times, return_inverse=True)  # most ends are the next one's start
+    columns = quantities(*curve(some).arrays).T
     crossings: list[list[Crossing]] = []
     for k, column in enumerate(columns):
 
         def value(t: float, k: int = k) -> float:
             return float(quantities(*curve(np.array([t])).arrays)[0, k])
 
-        values = column.reshape(times.shape)
+        values = column[place].reshape(times.shape)
         before, after = values[:-1], values[1:]
         rises, falls = (before < 0) & (after >= 0), (before > 0) & (after <= 0)
         crossings.append([])
