@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import mecanique as mq
+from mecanique.model.constraints.elements import force_names, preloads
 from mecanique.viewing.scene.from_motion import scene_of
 
 ACROSS, FLAT = (0.0, -1.0, 0.0), (pi / 2, 0.0, 0.0)
@@ -194,3 +195,14 @@ def test_a_belt_that_cannot_be_read_is_reported(before: str, after: str, message
     assert before in text
     found = mq.lint(text.replace(before, after, 1))
     assert any(message in str(finding) for finding in found), [str(each) for each in found]
+
+
+def test_the_preloads_of_several_belts_stand_each_beside_its_own_forces() -> None:
+    """Of each belt the sum of its tensions is their number times the preload."""
+    wheels = mq.Pulley("a", 0.1), mq.Pulley("b", 0.2)
+    first, second, third = (mq.Belt(f"{n} N", wheels, preload=n) for n in (3, 5, 7))
+    slack = mq.Belt("slack", wheels)
+    stated = preloads((first, slack, second, third))
+    assert [list(one.forces) for one in stated] == [[0, 1], [4, 5], [6, 7]]
+    assert [one.total for one in stated] == [6, 10, 14]
+    assert len(force_names((first, slack, second, third))) == 8

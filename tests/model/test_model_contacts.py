@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 from mecanique.errors import InputError, MechanismError
@@ -94,3 +95,15 @@ def test_names_are_there_once() -> None:
             parameters=(r,),
             contacts=(Rolling("rim", "ball", r, axis=None), Blade("rim", "ball")),
         )
+
+
+@pytest.mark.parametrize(
+    ("normal", "along"),
+    [((2, -1, 3), (1, 4, -2)), ((0.5, 2, 0.25), (-3, 1, 1)), ((0, 0, 2), (3, 1, 0))],
+)
+def test_the_side_of_a_blade_is_across_its_normal_and_the_way_along(
+    normal: tuple[float, float, float], along: tuple[float, float, float]
+) -> None:
+    across = np.cross(normal, along)
+    side = Blade("blade", "sleigh", normal=normal, along=along).side
+    np.testing.assert_allclose(side, across / np.linalg.norm(across), rtol=0, atol=1e-15)

@@ -13,6 +13,7 @@ import mecanique as mq
 from mecanique import textbook
 from mecanique.model import Coordinates
 from mecanique.model.expression import evaluate, plain
+from mecanique.model.mechanism import element_laws
 from mecanique.model.placement import pose_of, rpy_of
 
 HERE = (0.0, 0.0, 0.0)
@@ -136,6 +137,59 @@ def test_a_rack_adds_the_map() -> None:
     assert plain(free.coordinates.driven["turn"] - mechanism.coordinates.driven["turn"]) == 0
 
 
+@pytest.mark.parametrize("height", [0.0, 3.0, -3.0])
+@pytest.mark.parametrize(("way", "aside", "up"), [(0.4, 0.15, 0.1), (-0.7, -0.3, -0.5)])
+def test_a_rack_moves_by_its_pitch_line_wherever_its_frame_is(
+    way: float, aside: float, up: float, height: float
+) -> None:
+    """Below a pinion that turns about −y it moves along x; its frame is above the line or below."""
+    r = 0.2
+    machine = mq.Mechanism(
+        "rack",
+        (mq.Body("ground"), *(mq.Body(name, mq.ball(1.0, 0.1)) for name in ("pinion", "rack"))),
+        (
+            mq.Revolute(
+                *("P", "ground", "pinion"),
+                axis=UP,
+                origin=mq.Placement((0, 0, height), (np.pi / 2, 0, 0)),
+            ),
+            mq.Prismatic(
+                *("S", "ground", "rack"),
+                axis=(1, 0, 0),
+                origin=mq.Placement((way, aside, height + up)),
+            ),
+        ),
+        elements=(mq.Rack("mesh", "P", "S", r, point=(0.3, 0.1, -r - up)),),
+    )
+    assert machine.coordinates.driven == {"S": r * mq.coordinate("P")}
+
+
+@pytest.mark.parametrize("joint", ["sun", "arm", "planet", "ring"])
+def test_a_joint_about_the_other_way_turns_with_the_other_sign(joint: str) -> None:
+    gear = textbook.load("planetary_gear")
+    free = replace(gear, coordinates=Coordinates(gear.coordinates.names))
+    (hinge,) = (j for j in gear.joints if joint in j.coordinates)
+    assert isinstance(hinge, mq.Revolute)
+    x, y, z = hinge.axis
+    turned = replace(hinge, axis=(-x, -y, -z))
+    other = replace(
+        gear,
+        joints=tuple(turned if j is hinge else j for j in gear.joints),
+        coordinates=Coordinates(gear.coordinates.names),
+    )
+    values = gear.values | {"sun": 0.3, "arm": -0.7}
+    back = values | ({joint: -values[joint]} if joint in values else {})
+    assert other.coordinates.driven.keys() == free.coordinates.driven.keys()
+    for name, law in other.coordinates.driven.items():
+        expected = evaluate(free.coordinates.driven[name], back) * (-1 if name == joint else 1)
+        assert evaluate(law, values) == pytest.approx(expected, rel=1e-13)
+
+
+def test_a_cosine_is_whole_but_for_rounding() -> None:
+    given = (1 - 2**-53, -1 + 2**-53, 1e-16, 0.3, 1 - 1e-14)
+    assert [element_laws._whole(x) for x in given] == [1.0, -1.0, 0.0, 0.3, 1 - 1e-14]
+
+
 def test_the_map_is_written_and_read_back() -> None:
     text = mq.write_urdf(train())
     again = mq.read_urdf(text)
@@ -244,10 +298,20 @@ def turned(mechanism: mq.Mechanism, place: mq.Placement) -> mq.Mechanism:
     ],
     ids=lambda mechanism: mechanism.name,
 )
-def test_maps_do_not_depend_on_where_a_mechanism_stands(mechanism: mq.Mechanism) -> None:
+@pytest.mark.parametrize(
+    "place",
+    [
+        mq.Placement((0.3, -0.7, 1.1), (0.5, -1.2, 2.1)),
+        mq.Placement((-30.0, 70.0, -110.0), (2.5, 0.7, -1.3)),
+        mq.Placement((50.0, -40.0, 30.0), (-2.9, 1.1, 0.4)),
+    ],
+)
+def test_maps_do_not_depend_on_where_a_mechanism_stands(
+    mechanism: mq.Mechanism, place: mq.Placement
+) -> None:
     names = Coordinates(mechanism.coordinates.names)
     here = replace(mechanism, coordinates=names)
-    there = turned(here, mq.Placement((0.3, -0.7, 1.1), (0.5, -1.2, 2.1)))
+    there = turned(here, place)
     laws = here.coordinates.driven
     assert laws
     assert there.coordinates.driven.keys() == laws.keys()
