@@ -92,6 +92,18 @@ def test_long_labels_stand_above_what_they_mean() -> None:
     assert any("\\hfill" not in line for line in items)
 
 
+def test_the_list_says_what_coordinates_are_and_sets_no_initials_as_letters() -> None:
+    written = write_recursion(derive(textbook.load("whipple_bicycle")))
+    latex, page = written.latex(), written.mathml()
+    assert "\\item[{\\normalfont $\\text{yaw}$}] angle of the hinge turn, about $z$ of hub" in latex
+    assert "generalized velocity" not in latex
+    for text in (latex, page):
+        assert "Source: F. J. W. Whipple, Q. J. Pure Appl. Math." in text
+    assert "a fork $H$ that turns in it" in latex
+    assert "moments of inertia $I_{\\text{Rxx}}$, $I_{\\text{Fxx}}$ about a diameter" in latex
+    assert "a fork <math><mi>H</mi></math> that turns in it" in page
+
+
 @cache
 def states_of(name: str) -> States:
     """Three states of a system; each takes a search where it rolls or has loops."""

@@ -7,7 +7,6 @@ import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from html import escape
 from typing import final
 
 from mecanique.derivation.glossary import Meaning, clashes, meanings
@@ -159,8 +158,7 @@ class Document:
         writer = Latex()
         out = [_FRAGMENT, f"\\section*{{{self._convert(self._heading)}}}"]
         for paragraph in self._about:
-            source = paragraph.startswith("Source: ")
-            out.append((tex(paragraph) if source else self._convert(paragraph)) + "\n")
+            out.append(self._convert(paragraph) + "\n")
         listed = self.meanings(steps)
         opening = "\\begin{description}\\setlength{\\itemsep}{0pt}\\setlength{\\parskip}{0pt}"
         out += [opening] if listed else []
@@ -246,9 +244,7 @@ class Document:
         """Yield title, description, symbols and warnings as lines of HTML."""
         yield f"<h3>{self._set(self._heading)}</h3>"
         for sentence in self._about:
-            # initials of authors are no letters of formulas
-            is_source = sentence.startswith("Source:")
-            yield f"<p>{escape(sentence) if is_source else self._set(sentence)}</p>"
+            yield f"<p>{self._set(sentence)}</p>"
         yield symbols
         for letters, sentence, equality in _write_meanings(listed, MathML()):
             symbol = ", ".join(to_math(letter, "inline") for letter in letters)

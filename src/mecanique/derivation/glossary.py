@@ -156,7 +156,7 @@ def meanings(derivation: Derivation, *, steps: bool = True) -> tuple[Meaning, ..
     for entry in [*followers, *signals]:
         stated = entry.definition.letters if entry.definition is not None else ()
         used |= {name: Kind.PARAMETER for name in stated if name not in used}
-    entries = [*_explain_coordinates(mechanism), *followers]
+    entries = [*explain_coordinates(mechanism), *followers]
     for parameter in mechanism.parameters:
         if parameter.symbol in used:
             sentence = _add_unit(parameter.meaning or "parameter", parameter.unit)
@@ -218,7 +218,8 @@ def _collect_kinds(derivation: Derivation, *, steps: bool) -> dict[str, Kind]:
     return {g.name: g.kind for series in shown for g in series.generators()}
 
 
-def _explain_coordinates(mechanism: Mechanism) -> Iterator[Meaning]:
+def explain_coordinates(mechanism: Mechanism) -> Iterator[Meaning]:
+    """Yield the meanings of a mechanism's coordinates, and of velocities that are no rates."""
     # followers among them are no coordinates of the mechanism
     of_joint = dict(pair for joint in mechanism.joints for pair in _explain_joint(joint, mechanism))
     unit = units(mechanism)

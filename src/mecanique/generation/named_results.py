@@ -13,11 +13,13 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from html import escape
+from itertools import chain
 from typing import Any, final
 
 from mecanique.derivation.equations import Equations
+from mecanique.derivation.glossary import explain_coordinates
 from mecanique.derivation.mechanics.contacts import velocity_rows
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import Loops
@@ -39,12 +41,11 @@ from mecanique.derivation.printing.formulas import (
     number,
 )
 from mecanique.derivation.printing.lines import display, width
-from mecanique.derivation.printing.prose import to_latex
+from mecanique.derivation.printing.prose import to_html, to_latex
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer, write
 from mecanique.generation.mechanics.dynamics import TapeDynamics, Tree
 from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.mechanism_units import units
 from mecanique.program.listing import Notation, list_program
 from mecanique.program.tape import Tape, Value
 from mecanique.program.traced import Traced, trace, values_of
@@ -228,11 +229,8 @@ def explain_letters(
     mechanism: Mechanism, used: Collection[str]
 ) -> Iterator[tuple[tuple[str, ...], str]]:
     """Yield the meanings of a mechanism's coordinates, velocities and parameters."""
-    known = units(mechanism)
-    for name in (*mechanism.coordinates, *mechanism.velocities):
-        kind = "coordinate" if name in mechanism.coordinates.names else "generalized velocity"
-        unit = known.get(name, "")
-        yield (name,), f"{kind} [{unit}]" if unit not in ("", "1") else kind
+    for meaning in explain_coordinates(mechanism):
+        yield meaning.names, meaning.sentence
     for parameter in mechanism.parameters:
         if parameter.symbol in used:
             unit = "" if parameter.unit == "1" else f" [{parameter.unit}]"
@@ -344,7 +342,7 @@ class Written(Legible):
         for symbols, sentence in self.meanings:
             said = ", ".join(self._latex_letter(name) for name in symbols)
             below = " \\hfill \\\\" if width(said) > _LABEL else ""
-            out.append(f"\\item[{{{said}}}]{below} {to_latex(sentence, names)}")
+            out.append(f"\\item[{{\\normalfont {said}}}]{below} {to_latex(sentence, names)}")
         out.append("\\end{description}")
         for part in self._parts:
             out += [f"\\subsection*{{{part.heading}}}", to_latex(part.said, names)]
@@ -356,12 +354,13 @@ class Written(Legible):
 
     def mathml(self) -> str:
         """Return the list in MathML, as a fragment of an HTML page."""
+        words = partial(to_html, names=frozenset(chain(*(names for names, _ in self.meanings))))
         out = [f"<h3>{escape(self.title)}</h3>"]
-        out += [*(f"<p>{escape(paragraph)}</p>" for paragraph in self.about), "<dl>"]
-        out += [f"<dt>{said}</dt><dd>{escape(meaning)}</dd>" for said, meaning in self.symbols()]
+        out += [*(f"<p>{words(paragraph)}</p>" for paragraph in self.about), "<dl>"]
+        out += [f"<dt>{said}</dt><dd>{words(meaning)}</dd>" for said, meaning in self.symbols()]
         out.append("</dl>")
         for heading, said, formulas in self.sections():
-            out += [f"<h4>{escape(heading)}</h4>", *([f"<p>{escape(said)}</p>"] if said else [])]
+            out += [f"<h4>{escape(heading)}</h4>", *([f"<p>{words(said)}</p>"] if said else [])]
             out += formulas
         return "\n".join(out)
 

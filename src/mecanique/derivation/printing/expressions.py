@@ -21,6 +21,7 @@ from mecanique.derivation.printing.formulas import (
     Product,
     Sum,
     add,
+    draw_number,
     multiply,
     number,
 )
@@ -81,7 +82,7 @@ def factor_out(form: Form) -> Product:
     for kept in (False, True):
         common = _find_common(polynomials, kept=kept)
         inner = {t: rescale(p, inverse, -common) for t, p in form.items()}
-        whole = add(collect_terms(inner, kept=kept))
+        whole = draw_number(collect_terms(inner, kept=kept))
         writings.append(multiply(number(factor), letters(ring, common), whole))
         if common == _find_common(polynomials, kept=True):
             break
@@ -115,6 +116,7 @@ def _find_common_denominator(polynomials: list[Series]) -> int:
 def collect_terms(form: Form, *, kept: bool = False) -> list[Product]:
     """Return the terms of a form, merging those that share a sine, cosine or sum of parameters."""
     terms: list[Product] = []
+    form = _halve_angles(form)
     while form:
         factor, members = _choose_shared(form)
         if factor is None:
@@ -140,6 +142,23 @@ def collect_terms(form: Form, *, kept: bool = False) -> list[Product]:
         else:
             terms.append(multiply(_factor_sum(whole), factor_out(members_of)))
     return terms
+
+
+def _halve_angles(form: Form) -> Form:
+    """Write P + P cos 2φ as 2 P cos²φ, and P − P cos 2φ as 2 P sin²φ."""
+    for trig, part in form.items():
+        ((angle, sine, e), *others) = trig or ((1, 1, 1),)
+        if others or sine or e > 1 or any(k % 2 for _, k in exponents(angle)):
+            continue
+        for wave, sign in ((0, 1), (1, -1)):
+            rest = form.get((), 0 * part) - sign * part
+            if len(rest) + len(part) == len(form.get((), ())):
+                halved = {t: p for t, p in form.items() if t not in ((), trig)}
+                if rest:
+                    halved[()] = rest
+                halved[((angle >> 1, wave, 2),)] = 2 * sign * part
+                return _halve_angles(halved)
+    return form
 
 
 def _write_unit_term(unit: Series, trig: Trig) -> Product:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import math
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -186,7 +187,7 @@ def multiply(*parts: Product | Base | tuple[Base, Fraction | int]) -> Product:
         if not power:
             continue
         odd = isinstance(base, Sum) and power.denominator == 1 and power % 2
-        if odd and isinstance(base, Sum) and _wants_turn(base, size < 0):
+        if odd and isinstance(base, Sum) and _wants_turn(base, size < 0 < power):
             base, size = base.negative(), -size
         factors.append((base, power))
     if len(factors) > 1:
@@ -194,9 +195,20 @@ def multiply(*parts: Product | Base | tuple[Base, Fraction | int]) -> Product:
     return Product(size, tuple(factors))
 
 
+def draw_number(terms: Sequence[Product]) -> Product:
+    """Return a sum as a product, the number that its terms share in front."""
+    measure = math.gcd(*(term.number.numerator for term in terms))
+    if measure < 2 or any(term.number.denominator > 1 for term in terms):
+        return multiply(add(terms))
+    return multiply(
+        number(measure), add(Product(term.number // measure, term.factors) for term in terms)
+    )
+
+
 def _wants_turn(whole: Sum, negative: bool) -> bool:
     """Whether a sum reads better negated: if most of its signs are −."""
-    # If one of two terms is negative, the one that changes in time comes last: l − w t
+    # A sign before a fraction does not turn its denominator. If one of two terms is negative, the
+    # one that changes in time comes last: l − w t
     minus = sum(term.number < 0 for term in whole.terms)
     plus = len(whole.terms) - minus
     if minus != plus:

@@ -59,12 +59,17 @@ def find_points(sentence: str) -> frozenset[str]:
 
 def to_latex(sentence: str, names: Collection[str], points: Collection[str] = ()) -> str:
     """Convert a sentence to LaTeX's text mode, with its formulas set as mathematics."""
-    return _Sentence(sentence, names, points).latex()
+    return escape(sentence) if _is_source(sentence) else _Sentence(sentence, names, points).latex()
 
 
 def to_html(sentence: str, names: Collection[str] = ()) -> str:
     """Convert a sentence to HTML, with the letters in it set as in formulas."""
-    return _Sentence(sentence, names).html()
+    return html.escape(sentence) if _is_source(sentence) else _Sentence(sentence, names).html()
+
+
+def _is_source(sentence: str) -> bool:
+    """Whether a sentence cites authors, whose initials are no letters of formulas."""
+    return sentence.startswith("Source:")
 
 
 def spell_greek(sentence: str, names: Collection[str]) -> str:
@@ -283,7 +288,7 @@ class _Sentence:
             return True
         if core in self.names or bare in self.names:
             # a word that is also a symbol, e.g. arm, is a symbol only within a formula
-            word = core.isalpha() and len(core) > 2 and core not in GREEK
+            word = core.isalpha() and len(core) > 2 and core[1:].islower() and core not in GREEK
             return not word or self._is_joined(at)
         if len(bare) == 1 and bare.isascii():
             return True

@@ -24,12 +24,12 @@ from typing import TypeAlias, final
 from mecanique.derivation.numeric.constraints.redundancy import find_redundancy
 from mecanique.derivation.printing.equations import expression, shorter
 from mecanique.derivation.printing.expressions import to_formula, to_power
-from mecanique.derivation.printing.formulas import add, multiply
+from mecanique.derivation.printing.formulas import draw_number, multiply
 from mecanique.derivation.printing.trigforms import common_monomial, common_number
 from mecanique.derivation.printing.writers import Equation, Expression
 from mecanique.derivation.scalars.cancel import divide_by_wave, tidy
 from mecanique.derivation.scalars.polynomials import exponents, power
-from mecanique.derivation.scalars.series import GIVEN, Kind, Ring, Series
+from mecanique.derivation.scalars.series import GIVEN, Kind, Ring, Series, canonical
 from mecanique.derivation.symbolic.derivation import Left, Matrix, Result, Stage, Tie, project
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.errors import DerivationError
@@ -68,23 +68,28 @@ class Quotient:
         ring = self.above.ring
         powers = {item for _, monomial, _ in self.above.terms() for item in exponents(monomial)}
         below = {i for i, e in powers if e < 0}
-        coordinates = any(ring.generators[i].kind is Kind.COORDINATE for i in below)
-        sums = [ring.atoms[i] for i in below & ring.atoms.keys() if ring.atoms[i].function == "1"]
-        waves = any(atom.argument.parts.keys() != {0} for atom in sums)
-        return self.below != 1 or coordinates or waves
+        letters = [ring.generators[i].kind in GIVEN for i in below - ring.atoms.keys()]
+        inner = [ring.atoms[i].argument for i in below & ring.atoms.keys()]
+        return not (all(letters) and all(map(has_a_sign, [self.below, *inner])))
 
     def expression(self) -> Expression:
         """Return it as printed, with a factored denominator."""
         if self.below == 1:
             return expression(self.above)
         under = to_power(to_formula(self.below), Fraction(-1))
-        sums = add(expression(self.above).terms)
-        return shorter(self.fraction(), Expression((multiply((sums, 1), under),)))
+        sums = draw_number(expression(self.above).terms)
+        return shorter(self.fraction(), Expression((multiply(sums, under),)))
 
     def fraction(self) -> Expression:
         """Return it as one fraction, with factors put outside its sums."""
+        above, waves, ring = self.above, [], self.above.ring
+        for atom in ring.atoms.values():  # what was divided by may be a factor of the numerator
+            wave = max(atom.argument.parts)
+            while wave and len(atom.argument) == 1 and (rest := divide_by_wave(above, wave)):
+                above = rest
+                waves.append(to_formula(canonical(ring, {wave: {0: 1}}, 1, above.reach)))
         under = to_power(to_formula(self.below), Fraction(-1))
-        return Expression((multiply(to_formula(self.above), under),))
+        return Expression((multiply(to_formula(above), *waves, under),))
 
     def equate(self, name: str) -> Equation:
         """Return the equation that states it, under its name."""
@@ -145,6 +150,21 @@ def solve_multipliers(
 def is_constant(entry: Series) -> bool:
     """Return whether a series is one product of parameters, which is never zero."""
     return entry.is_unit and entry.kinds <= GIVEN
+
+
+def has_a_sign(entry: Series) -> bool:
+    """Return whether a series vanishes nowhere, as what is constant in it outweighs its waves."""
+    size = dict[int, Fraction]()
+    least = dict[int, Fraction]()
+    for trig, monomial, c in entry.terms():
+        if any(entry.ring.generators[i].kind not in GIVEN for i, _ in exponents(monomial)):
+            return False
+        # of each product of parameters, a wave takes off at most its amplitude
+        size[monomial] = size.get(monomial, Fraction(0)) + (0 if trig else c)
+        least[monomial] = least.get(monomial, Fraction(0)) + (abs(c) if trig else 0)
+    sign = 1 if sum(size.values()) > 0 else -1
+    rests = [sign * size[monomial] - least[monomial] for monomial in size]
+    return any(rests) and min(rests) >= 0
 
 
 def divide_common(column: Sequence[Series], *kinds: Kind) -> list[Series]:
