@@ -15,13 +15,20 @@ from typing import TYPE_CHECKING, TypeAlias, final
 import numpy as np
 
 from mecanique.arrays import Array, spread
-from mecanique.generation.dop853 import CLOSED, NEAREST, PROBE
+from mecanique.generation.dop853 import (
+    ASTRAY,
+    CLOSED,
+    HALVED,
+    NEAREST,
+    PROBE,
+    ROUNDING,
+    SWEEPS,
+)
 from mecanique.model.constraints.elements import force_names
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import velocity_scales
 from mecanique.model.states import States
 from mecanique.motion.compile.cache import compile_once
-from mecanique.motion.compile.closed import land
 from mecanique.motion.compile.program import RatesProgram
 from mecanique.motion.compile.python import Batched, vectorize
 from mecanique.motion.record.curve import State
@@ -276,3 +283,28 @@ class StateLaw:
 def _agrees(quick: Array, right: Array, most: float) -> bool:
     """Return whether all numbers are within `most` of the right ones; one that is NaN is not."""
     return bool(np.abs(quick - right).max(initial=0.0) <= most)
+
+
+def land(
+    change: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray], q: np.ndarray, v: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the states on the loops near some, (n, nq) and (n, nv), and which landed there.
+
+    `change` gives the first-order changes, shape (k, nq + nv), of states by their indices, q and v.
+    """
+    q, v = q.copy(), v.copy()
+    last, landed, open_ = np.full(len(q), ASTRAY), np.zeros(len(q), dtype=bool), np.arange(len(q))
+    for _ in range(SWEEPS):
+        of_q, of_v = np.hsplit(change(open_, q[open_], v[open_]), [q.shape[1]])
+        size = np.abs(of_q).max(axis=1)
+        most = np.maximum(1.0, np.abs(q[open_]).max(axis=1))
+        goes_on = (size > ROUNDING * most) & (size <= HALVED * last[open_])
+        # where rounding is left, the velocities suit the positions as they are
+        ended = open_[~goes_on]
+        v[ended] += of_v[~goes_on]
+        landed[ended] = (size <= CLOSED * most)[~goes_on]
+        last[open_], open_ = size, open_[goes_on]
+        if not len(open_):
+            break
+        q[open_] += of_q[goes_on]
+    return q, v, landed

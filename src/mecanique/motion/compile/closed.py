@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, final
 
 import numpy as np
@@ -24,31 +23,6 @@ _NEAR = 0.6
 
 Beyond it the reference takes its accelerations from the state itself, as the program does.
 """
-
-
-def land(
-    change: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray], q: np.ndarray, v: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the states on the loops near some, (n, nq) and (n, nv), and which landed there.
-
-    `change` gives the first-order changes, shape (k, nq + nv), of states by their indices, q and v.
-    """
-    q, v = q.copy(), v.copy()
-    last, landed, open_ = np.full(len(q), ASTRAY), np.zeros(len(q), dtype=bool), np.arange(len(q))
-    for _ in range(SWEEPS):
-        of_q, of_v = np.hsplit(change(open_, q[open_], v[open_]), [q.shape[1]])
-        size = np.abs(of_q).max(axis=1)
-        most = np.maximum(1.0, np.abs(q[open_]).max(axis=1))
-        goes_on = (size > ROUNDING * most) & (size <= HALVED * last[open_])
-        # where rounding is left, the velocities suit the positions as they are
-        ended = open_[~goes_on]
-        v[ended] += of_v[~goes_on]
-        landed[ended] = (size <= CLOSED * most)[~goes_on]
-        last[open_], open_ = size, open_[goes_on]
-        if not len(open_):
-            break
-        q[open_] += of_q[goes_on]
-    return q, v, landed
 
 
 @final
@@ -86,13 +60,20 @@ class ClosedProgram:
         """Return the state (nq + nv,) on the loops near y; None near a singular position."""
         if not self._is_regular(t, y):
             return None
-        q, v = self._rates.normalize(y[None, : self._nq]), y[None, self._nq :]
-
-        def change(at: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-            return np.array([self._changes(t, np.concatenate([q[0], v[0]]))])
-
-        q, v, closed = land(change, q, v)
-        return np.concatenate([q[0], v[0]]) if closed[0] else None
+        # as `land` does with many states, whose arrays would take as long as the step here
+        nq, last = self._nq, ASTRAY
+        there = np.concatenate([self._rates.normalize(y[:nq]), y[nq:]])
+        for _ in range(SWEEPS):
+            change = np.array(self._changes(t, there))
+            size = float(np.abs(change[:nq]).max())
+            most = max(1.0, float(np.abs(there[:nq]).max()))
+            if size <= ROUNDING * most or size > HALVED * last:
+                # rounding is left; the velocities suit the positions as they are
+                there[nq:] += change[nq:]
+                return there if size <= CLOSED * most else None
+            there[:nq] += change[:nq]
+            last = size
+        return None
 
     def crosses_at(self, t: float, y: np.ndarray) -> bool:
         """Return whether branches cross near a state, so that the motion passes smoothly."""
