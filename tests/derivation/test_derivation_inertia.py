@@ -51,8 +51,32 @@ def test_particles_have_masses_alone() -> None:
 def test_the_angular_momentum_stands_before_its_rate() -> None:
     said, lines = step(derive_system("double_pendulum", "newton_euler"), "Free body rod1: moments")
     assert "larger by m d² than about the center of mass, in the distance d (Steiner)" in said
-    assert lines[0] == "H_rod1_y = m1 l1^2 q1'/3"
+    assert lines[0] == "H_rod1 = m1 l1^2 q1'/3"  # in the sense of q1, about -y
     assert lines[1].startswith("m1 l1^2 q1''/3 = ")
+
+
+def test_a_free_slide_guides_nothing() -> None:
+    """Kepler's planet is free: its slide only transmits nothing along the radius."""
+    said, lines = step(
+        derive_system("kepler_orbit", "virtual_work"), "Virtual work of the reactions"
+    )
+    assert "guide dependent coordinates" not in said
+    assert said.endswith("That it transmits nothing there is stated by the last lines.")
+    assert lines[-1] == "cos(phi) R_r_x + sin(phi) R_r_y = 0"
+    said, _ = step(
+        derive_system("particle_on_circle_x", "virtual_work"), "Virtual work of the reactions"
+    )
+    assert "The forces that guide dependent coordinates count as reactions" in said
+
+
+def test_inertia_forces_name_a_distance_only_where_it_is_listed() -> None:
+    equations = derive_system("double_pendulum", "virtual_work")
+    said, lines = step(equations, "Inertia forces of rod1")
+    assert "which acts at the distance s_rod1, where it has their moment." in said
+    assert any(line.startswith("s_rod1") for line in lines)
+    said, lines = step(equations, "Inertia forces of rod2")
+    assert "integrates to F_inertia_rod2. Reduced instead to the center of mass" in said
+    assert not any(line.startswith("s_rod2") for line in lines)
 
 
 def test_the_table_is_that_of_the_conventions(pytestconfig: pytest.Config) -> None:

@@ -32,7 +32,10 @@ from mecanique.wording import to_title
 _COLUMNS = '<dl style="display: grid; grid-template-columns: fit-content(40%) 1fr; gap: 0.3em 1em">'
 _CELL = ' style="width: auto"'
 """Jupyter gives terms and their meanings a fifth and four fifths of the width they are in."""
-_DIVIDED = "Each line is divided by the numbers and parameters {}all its terms share."
+_DIVIDED = (
+    "Each line is divided by the numbers and parameters {}all its terms share, or that stand "
+    "before its acceleration."
+)
 _LINEAR = "The last line is the same in matrices: the equations are linear."
 _EQUATIONS = "Equations of motion"
 _STILL = "Nothing can move: there is no coordinate, and so no equation of motion."

@@ -123,7 +123,7 @@ class NewtonEuler:
         )
         yield Stage(f"Free body {cut.body}: forces", sentence, (*moving, *forces))
         stored = cut.axes.along(cut.about_reference(cut.momentum)).moment
-        momenta = list_components(f"H_{cut.body}", cut.axes.labels, stored)
+        momenta = list_components(f"H_{cut.body}", cut.axes.turn_labels, stored)
         if moments:
             yield Stage(
                 f"Free body {cut.body}: moments", state_moment_balance(cut), (*momenta, *moments)

@@ -466,23 +466,26 @@ class VirtualWork:
         results = []
         if spread is not None:
             self._unknowns[spread.coordinate] = "distance along a rod from its end [m]"
+            resultants = f"F_inertia_{body}"
+            if any(point is not None for point in spread.point):
+                resultants += f", which acts at the distance s_{body}, where it has their moment"
             parts.append(
-                f"On the rod they have the density f per length at the distance "
-                f"{spread.coordinate} from its end; each component integrates to "
-                f"F_inertia_{body}, which acts at the distance s_{body}, where it has the same "
-                "moment as f."
+                "On the rod they have the density f per length at the distance "
+                f"{spread.coordinate} from its end; each component integrates to {resultants}. "
+                "Reduced instead to the center of mass they are the same force, and beside it a "
+                "couple, minus the rate of the angular momentum about that center."
             )
             results += _list_spread_forces(spread, cut)
         else:
             F = -along(axes.rows, cut.push.force)
             results += list_components(f"F_inertia_{body}", axes.labels, F)
+            parts.append(
+                "Reduced to the center of mass they are one force, minus the mass times the "
+                "acceleration of that center, and a couple, minus the rate of the angular momentum "
+                "about it."
+            )
         C = along(axes.turns, couple_of_inertia(cut))
         results += list_components(f"C_inertia_{body}", axes.turn_labels, C)
-        parts.append(
-            "Reduced to the center of mass they are one force, minus the mass times the "
-            "acceleration of that center, and a couple, minus the rate of the angular momentum "
-            "about it."
-        )
         if not results:
             parts.append("Here they are all zero.")
         return Stage(f"Inertia forces of {body}", " ".join(parts), tuple(results))
@@ -522,12 +525,14 @@ class VirtualWork:
             "they do work only in the relative displacement of the two, and that the joint allows "
             "only in directions in which it transmits nothing."
         )
-        if guided := self.balances.sum_guides():
+        if balanced := self.balances.sum_guides():
             sentence += (
                 " The forces that guide dependent coordinates count as reactions; they do work in "
                 "single joints, but none in total, as the last lines state."
+                if self.algebra.mechanism.coordinates.driven
+                else " That it transmits nothing there is stated by the last lines."
             )
-            lines += guided
+            lines += balanced
         if any(rate.rotor for rate in self.balances.rates):
             sentence += " Where a joint has a rotor, the work of its inertia remains."
         return [Stage("Virtual work of the reactions", sentence, tuple(lines))]
