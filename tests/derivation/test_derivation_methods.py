@@ -194,6 +194,28 @@ def test_reactions_do_no_virtual_work(name: str) -> None:
     assert not any(result.right for result in stage.results)
 
 
+def test_reactions_on_a_body_that_turns_freely_do_no_virtual_work() -> None:
+    """Both bodies have their vectors in the axes of the box, which are not the world's."""
+    box, arm = mq.box(2.0, (0.3, 0.2, 0.1)), mq.rod(1.0, 0.4, direction=(1, 0, 0))
+    free = mq.Mechanism(
+        "box with an arm",
+        (mq.Body("ground"), mq.Body("box", box), mq.Body("arm", arm)),
+        (
+            mq.Floating("free", "ground", "box"),
+            mq.Revolute(
+                "pin", "box", "arm", origin=mq.Placement((0.15, 0.1, 0.05)), axis=(0, 1, 0)
+            ),
+        ),
+    )
+    (stage,) = [
+        stage
+        for stage in derive(free, method="virtual_work").steps
+        if stage.title == "Virtual work of the reactions"
+    ]
+    assert len(stage.results) == 2
+    assert not any(result.right for result in stage.results)
+
+
 def test_what_guides_coordinates_does_no_work_in_all() -> None:
     work = VirtualWork(replace(textbook.load("bars_and_springs_small"), elements=()))
     (line,) = work.balances.sum_guides()

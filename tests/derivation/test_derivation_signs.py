@@ -21,7 +21,7 @@ from mecanique.derivation.numeric.virtual_work import NumericVirtualWork
 from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.polynomials import REACH, exponent, exponents, power
-from mecanique.derivation.symbolic.cutting import axes_of, normal_of
+from mecanique.derivation.symbolic.cutting import Cuts, axes_of, find_swing, normal_of
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.symbols import Algebra
@@ -160,6 +160,38 @@ def test_a_plane_of_motion_has_all_turns_along_its_normal_and_all_slides_across(
     assert (found is None) == (normal is None)
     if found is not None and normal is not None:
         np.testing.assert_allclose(found, normal, rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize(("name", "planar"), [("rigid_bar_pendulum", True), ("two_blocks", False)])
+def test_what_only_slides_has_no_plane_whose_normal_angles_are_about(
+    name: str, planar: bool
+) -> None:
+    assert Cuts(Kinematics(Algebra(textbook.load(name)))).planar is planar
+
+
+@pytest.mark.parametrize(
+    ("axis", "center"),
+    [((0.6, 0.8, 0.0), (0.0, 0.0, -1.0)), ((0.0, 1.0, 0.0), (0.6, 0.0, -0.8))],
+    ids=["slanted axis", "slanted arm"],
+)
+def test_a_pendulum_off_its_own_axes_has_no_normal_and_tangent_along_them(
+    axis: tuple[float, float, float], center: tuple[float, float, float]
+) -> None:
+    pin = Revolute("pin", "ground", "bob", axis=axis)
+
+    def swing(pin: Revolute, center: tuple[float, float, float]) -> object:
+        bodies = (Body("ground"), Body("bob", particle(1.0).at(xyz=center)))
+        return find_swing(Mechanism("pendulum", bodies, (pin,)), "bob")
+
+    assert swing(pin, center) is None
+    upright = replace(pin, axis=(0.0, 1.0, 0.0))
+    assert swing(upright, (0.0, 0.0, -1.0)) == (upright, (0.0, 0.0, -1.0), (-1.0, 0.0, 0.0))
+
+
+def test_a_particle_has_no_angular_velocity_to_be_listed() -> None:
+    text = derive_system("simple_pendulum").text(steps=True)
+    assert "v_bob_x" in text
+    assert "omega_bob" not in text
 
 
 def test_axes_of_a_body_that_never_turns_are_the_worlds_unless_it_stands_turned() -> None:

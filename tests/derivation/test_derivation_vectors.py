@@ -345,3 +345,14 @@ def test_links_of_a_chain_follow_their_parents() -> None:
     assert [link.armature for link in tree] == [0.0, 0.0, 0.0, 0.5]
     assert place_of(tree, mechanism) == {"ground": -1, "frame": 0, "fork": 2, "wheel": 3}
     assert moving(tree) == (False, True, True, True)
+
+
+@pytest.mark.parametrize("angle", [0.3, -0.3, 2.0, -2.0])
+def test_a_tilt_by_any_angle_is_exactly_orthogonal(angle: float) -> None:
+    """R Rᵀ = 1 without rounding, whichever way it turns; right angles are exact as they are."""
+    rotation = poses.exact_rotation(Placement(rpy=(angle, 0.0, 0.0)))
+    assert rotation is not None
+    R = np.array(rotation, dtype=object)
+    assert np.array_equal(R @ R.T, np.eye(3))
+    assert float(R[2, 1]) == pytest.approx(math.sin(angle), abs=1e-15)
+    assert poses.exact_rotation(Placement(rpy=(math.pi / 2, 0.0, 0.0))) is None

@@ -334,6 +334,7 @@ def test_bodies_move_as_their_points_do(reference: Reference) -> None:
     q, v, t = map(np.array, zip(*states(mechanism, 3), strict=True))
     a = np.tile(np.linspace(-1, 1, mechanism.nv), (3, 1))
     moving = reference.motions(q, v, a, t)
+    assert (moving.poses[..., 3, :] == (0, 0, 0, 1)).all()
     for k, body in enumerate(mechanism.bodies):
         point = reference.point(body.name, xyz, q, v, a, t)
         arm = moving.poses[:, k, :3, :3] @ xyz

@@ -140,6 +140,14 @@ def test_a_link_is_known_by_its_numbers_where_its_joint_is_renamed_too() -> None
     }
 
 
+def test_the_grounds_match_whatever_they_are_called() -> None:
+    world = ARM.replace('"base"', '"world"')
+    assert world != ARM
+    assert [str(change) for change in mq.diff(ARM, world).changes] == [
+        "link 'base': renamed 'base' → 'world'"
+    ]
+
+
 @pytest.mark.parametrize(
     ("own", "other"),
     [
