@@ -41,6 +41,7 @@ def test_parts_add_up_by_steiners_theorem() -> None:
     assert "I_rod_xx = m1 m2 l^2/(m1 + m2)" in lines
     said, _ = step(derive_system("rolling_coin"), "Masses and moments of inertia")
     assert "coin is a thin disk (H4)" in said
+    assert "H1 to H9 are the rows of the table of homogeneous bodies" in said
 
 
 def test_particles_have_masses_alone() -> None:

@@ -286,6 +286,12 @@ def test_what_would_be_too_long_to_print_is_not_computed(
     assert "explicit" not in text
 
 
+def test_a_linkage_too_long_to_be_solved_points_to_its_single_equation() -> None:
+    text = " ".join(derive_system("four_bar_linkage").text(steps=True).split())
+    assert "reduce the equations to one without multipliers: reduce_loops writes it." in text
+    assert "reduce_loops" not in derive_system("slider_crank").text(steps=True)
+
+
 def test_forces_that_redundancy_shares_are_not_listed() -> None:
     """Both wheels of a cart keep it from sliding sideways; each bears its own weight."""
     solved = derive_system("two_wheeled_cart").solved()

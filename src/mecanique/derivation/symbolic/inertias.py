@@ -31,6 +31,11 @@ def inertia_stages(kinematics: Kinematics) -> list[Stage]:
     if not results or sum(len(result.right) for result in results) > MOST_LISTED:
         return []
     told = " ".join(_say_forms(turning))
+    if "(H" in told:
+        told += (
+            " H1 to H9 are the rows of the table of homogeneous bodies; the letters there are each "
+            "body's."
+        )
     what = "its mass m, the position c of its center of mass in its own frame"
     if told:
         what += ", and the moments of inertia I about that center, along the axes it turns about"

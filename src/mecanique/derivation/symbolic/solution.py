@@ -491,6 +491,13 @@ def result_of(derivation: Derivation) -> tuple[str, list[Equation | Result]]:
         pairs = [*solved.accelerations.items(), *solved.forces.items()]
         lines += [value.equate(name) for name, value in pairs]
         lines += solved.turned
+    algebra = derivation.algebra
+    single = len(algebra.velocities) == len(derivation.ties) + 1
+    if algebra.mechanism.loops and single and not lines:
+        said.append(
+            "Kinematic coefficients, the velocities per unit of one of them, reduce the equations "
+            "to one without multipliers: reduce_loops writes it."
+        )
     integrals = [*_list_integrals(derivation.stages)]
     if integrals:
         lefts = [line.left for line in integrals if isinstance(line.left, Left)]

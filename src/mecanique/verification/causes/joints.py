@@ -71,7 +71,7 @@ def state_changes(evidence: Evidence) -> Iterator[Hypothesis]:
 
 
 def map_changes(evidence: Evidence) -> Iterator[Hypothesis]:
-    """Followers (mimic joints, driven coordinates) that follow wrongly, and their axes."""
+    """Followers (mimic joints, driven coordinates) that follow wrongly."""
     mechanism = evidence.mechanism
     driven = mechanism.coordinates.driven
     names = tuple(mechanism.coordinates)
@@ -85,15 +85,6 @@ def map_changes(evidence: Evidence) -> Iterator[Hypothesis]:
         yield from _rebuild(
             evidence, "mimic", "", "no joint follows another (mimic ignored)", coordinates=still
         )
-    for joint in mechanism.joints:
-        if isinstance(joint, Single) and joint.coordinate in _names_in_map(evidence):
-            x, y, z = joint.axis
-            joints = tuple(
-                replace(j, axis=(-x, -y, -z)) if j is joint else j for j in mechanism.joints
-            )
-            yield from _rebuild(
-                evidence, "axis sign", f"joint {joint.name!r}", _reverse(joint.name), joints=joints
-            )
     for name, scalar in driven.items():
         back = Coordinates(names, {**driven, name: -scalar})
         yield from _rebuild(
