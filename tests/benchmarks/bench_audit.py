@@ -32,7 +32,7 @@ LONG = {
     "double_pendulum": (300.0,),
     "four_bar_linkage": (300.0,),
     "rolling_coin": (200.0,),
-    "atwood_machine": (20.0,),
+    "atwood_machine": (1.9,),
 }
 """How long the motions last of which all is asked [s]."""
 
