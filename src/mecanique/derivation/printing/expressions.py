@@ -146,13 +146,16 @@ def collect_terms(form: Form, *, kept: bool = False) -> list[Product]:
 
 def _halve_angles(form: Form) -> Form:
     """Write P + P cos 2φ as 2 P cos²φ, and P − P cos 2φ as 2 P sin²φ."""
+    constant = form.get(())
     for trig, part in form.items():
-        ((angle, sine, e), *others) = trig or ((1, 1, 1),)
-        if others or sine or e > 1 or any(k % 2 for _, k in exponents(angle)):
+        if constant is None or len(trig) != 1:
+            continue
+        ((angle, sine, e),) = trig
+        if sine or e > 1 or any(k % 2 for _, k in exponents(angle)):
             continue
         for wave, sign in ((0, 1), (1, -1)):
-            rest = form.get((), 0 * part) - sign * part
-            if len(rest) + len(part) == len(form.get((), ())):
+            rest = constant - sign * part
+            if len(rest) + len(part) == len(constant):
                 halved = {t: p for t, p in form.items() if t not in ((), trig)}
                 if rest:
                     halved[()] = rest

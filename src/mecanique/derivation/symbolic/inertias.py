@@ -33,8 +33,8 @@ def inertia_stages(kinematics: Kinematics) -> list[Stage]:
     told = " ".join(_say_forms(turning))
     if "(H" in told:
         told += (
-            " H1 to H9 are the rows of the table of homogeneous bodies; the letters there are each "
-            "body's."
+            " H1 to H9 are the rows of the table of homogeneous bodies, whose letters stand for "
+            "each body's own mass and dimensions."
         )
     what = "its mass m, the position c of its center of mass in its own frame"
     if told:

@@ -69,8 +69,10 @@ class Quotient:
         powers = {item for _, monomial, _ in self.above.terms() for item in exponents(monomial)}
         below = {i for i, e in powers if e < 0}
         letters = [ring.generators[i].kind in GIVEN for i in below - ring.atoms.keys()]
-        inner = [ring.atoms[i].argument for i in below & ring.atoms.keys()]
-        return not (all(letters) and all(map(has_a_sign, [self.below, *inner])))
+        atoms = [ring.atoms[i] for i in below & ring.atoms.keys()]
+        sums = [self.below, *(atom.argument for atom in atoms)]
+        plain = all(atom.function in ("1", "sqrt") for atom in atoms)  # which vanish as sums do
+        return not (plain and all(letters) and all(map(vanishes_nowhere, sums)))
 
     def expression(self) -> Expression:
         """Return it as printed, with a factored denominator."""
@@ -152,19 +154,21 @@ def is_constant(entry: Series) -> bool:
     return entry.is_unit and entry.kinds <= GIVEN
 
 
-def has_a_sign(entry: Series) -> bool:
+def vanishes_nowhere(entry: Series) -> bool:
     """Return whether a series vanishes nowhere, as what is constant in it outweighs its waves."""
-    size = dict[int, Fraction]()
-    least = dict[int, Fraction]()
+    constants, amplitudes = dict[int, Fraction](), dict[int, Fraction]()
     for trig, monomial, c in entry.terms():
         if any(entry.ring.generators[i].kind not in GIVEN for i, _ in exponents(monomial)):
             return False
-        # of each product of parameters, a wave takes off at most its amplitude
-        size[monomial] = size.get(monomial, Fraction(0)) + (0 if trig else c)
-        least[monomial] = least.get(monomial, Fraction(0)) + (abs(c) if trig else 0)
-    sign = 1 if sum(size.values()) > 0 else -1
-    rests = [sign * size[monomial] - least[monomial] for monomial in size]
-    return any(rests) and min(rests) >= 0
+        # of each product of parameters, which are positive, a wave takes off at most its amplitude
+        constants.setdefault(monomial, Fraction(0))
+        if trig:
+            amplitudes[monomial] = amplitudes.get(monomial, Fraction(0)) + abs(c)
+        else:
+            constants[monomial] = c
+    sign = 1 if sum(constants.values()) > 0 else -1
+    left = [sign * c - amplitudes.get(monomial, 0) for monomial, c in constants.items()]
+    return any(left) and min(left) >= 0
 
 
 def divide_common(column: Sequence[Series], *kinds: Kind) -> list[Series]:

@@ -20,7 +20,7 @@ from mecanique.model.joints import Planar
 from mecanique.reference.originals.original import (
     ByJoint,
     Chart,
-    Moving,
+    EngineJoint,
     Original,
     attributes_of,
     evaluate,
@@ -116,7 +116,7 @@ def _answer(asked: dict[str, Any]) -> dict[str, Any]:
     return {**asdict(original), **arrays}
 
 
-def _joint(plant: Any, joint: Any) -> Moving:
+def _joint(plant: Any, joint: Any) -> EngineJoint:
     """Return a joint with the way Drake counts."""
     scope, name = plant.GetModelInstanceName(joint.model_instance()), joint.name()
     kind, chart = {
@@ -129,7 +129,7 @@ def _joint(plant: Any, joint: Any) -> Moving:
         name = f"{name}_root_joint"
     start = joint.position_start()
     span = slice(start, start + joint.num_positions())
-    return Moving(f"{scope}::{name}", span, joint.velocity_start(), kind, chart)
+    return EngineJoint(f"{scope}::{name}", span, joint.velocity_start(), kind, chart)
 
 
 def _free(q: Array, v: Array) -> tuple[Array, Array, Array]:

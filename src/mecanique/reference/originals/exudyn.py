@@ -15,7 +15,7 @@ from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.reference.originals.original import (
     ByJoint,
-    Moving,
+    EngineJoint,
     Original,
     evaluate,
     free_root_of,
@@ -93,10 +93,10 @@ class _Axial(NamedTuple):
     inertia: Inertia
 
 
-def _chains(model: Model) -> tuple[list[_Axial], list[Moving]]:
+def _chains(model: Model) -> tuple[list[_Axial], list[EngineJoint]]:
     """Return a model's joints as joints with an axis each, and how they are counted."""
     axials: list[_Axial] = []
-    joints: list[Moving] = []
+    joints: list[EngineJoint] = []
     last = [-1]
     for k, joint in enumerate(model.joints[1:], 1):
         if joint.kind == "floating":
@@ -112,7 +112,7 @@ def _chains(model: Model) -> tuple[list[_Axial], list[Moving]]:
         axials[-1] = axials[-1]._replace(inertia=model.inertias[k])
         last.append(parent)
         what, chart = ("free", _free) if joint.kind == "floating" else ("single", same)
-        joints.append(Moving(model.names[k], slice(at, at + len(chain)), at, what, chart))
+        joints.append(EngineJoint(model.names[k], slice(at, at + len(chain)), at, what, chart))
     return axials, joints
 
 

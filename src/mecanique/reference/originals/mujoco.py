@@ -12,7 +12,7 @@ from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.reference.originals.original import (
     ByJoint,
-    Moving,
+    EngineJoint,
     Original,
     ball_w_first,
     evaluate,
@@ -70,7 +70,7 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
     return evaluate(q, v, joints, rest, answer)
 
 
-def _joints(model: Any) -> Iterator[Moving]:
+def _joints(model: Any) -> Iterator[EngineJoint]:
     joints = [model.joint(k) for k in range(model.njnt)]
     while joints:
         joint = joints.pop(0)
@@ -78,13 +78,13 @@ def _joints(model: Any) -> Iterator[Moving]:
         name = joint.name.removesuffix(_PLANAR[0])
         if [joint.name, *(other.name for other in joints[:2])] == [name + k for k in _PLANAR]:
             del joints[:2]
-            yield Moving(name, slice(place, place + 3), rate, "planar", same)
+            yield EngineJoint(name, slice(place, place + 3), rate, "planar", same)
         elif kind == 0:
-            yield Moving(joint.name, slice(place, place + 7), rate, "free", _free)
+            yield EngineJoint(joint.name, slice(place, place + 7), rate, "free", _free)
         elif kind == 1:
-            yield Moving(joint.name, slice(place, place + 4), rate, "ball", ball_w_first)
+            yield EngineJoint(joint.name, slice(place, place + 4), rate, "ball", ball_w_first)
         else:
-            yield Moving(joint.name, slice(place, place + 1), rate, "single", same)
+            yield EngineJoint(joint.name, slice(place, place + 1), rate, "single", same)
 
 
 def _free(q: Array, v: Array) -> tuple[Array, Array, Array]:

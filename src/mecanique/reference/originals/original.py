@@ -48,7 +48,7 @@ velocities are u = T v."""
 
 @final
 @dataclass(frozen=True)
-class Moving:
+class EngineJoint:
     """A joint as an engine has it."""
 
     name: str
@@ -74,7 +74,7 @@ def turning(q: Array, v: Array) -> tuple[Array, Array, Array]:
     return R, np.hstack([R, np.zeros((3, 3))]), R @ cross(v[3:], v[:3])
 
 
-def pair(v: ByJoint, joints: Sequence[Moving]) -> list[str]:
+def pair(v: ByJoint, joints: Sequence[EngineJoint]) -> list[str]:
     """Return by which name each joint of an engine is asked about; empty for those that are not.
 
     It is the longest end of a scoped name; joints without such names are taken in their order.
@@ -96,7 +96,7 @@ def pair(v: ByJoint, joints: Sequence[Moving]) -> list[str]:
 def evaluate(
     q: ByJoint,
     v: ByJoint,
-    joints: Sequence[Moving],
+    joints: Sequence[EngineJoint],
     rest: Array,
     answer: Callable[[Array, Array], tuple[Array, ...]],
     complaints: Sequence[str] = (),

@@ -16,7 +16,7 @@ from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.reference.originals.original import (
     ByJoint,
-    Moving,
+    EngineJoint,
     Original,
     evaluate,
     form_of,
@@ -63,7 +63,7 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
     return evaluate(q, v, joints, pin.neutral(model), answer, said)
 
 
-def _joint(name: str, joint: Any, placement: Any) -> Moving:
+def _joint(name: str, joint: Any, placement: Any) -> EngineJoint:
     """Return a joint with the way Pinocchio counts: continuous angles are cosine and sine."""
 
     def endless(q: Array, v: Array) -> tuple[Array, Array, Array]:
@@ -86,7 +86,7 @@ def _joint(name: str, joint: Any, placement: Any) -> Moving:
     if joint.shortname().endswith("Planar"):
         kind, chart = "planar", planar
     span = slice(joint.idx_q, joint.idx_q + joint.nq)
-    return Moving(name, span, joint.idx_v, kind, chart)
+    return EngineJoint(name, span, joint.idx_v, kind, chart)
 
 
 @contextmanager

@@ -180,8 +180,8 @@ class PageProgram:
     # functions (t, y, p, out): rates (of the state, and the work done), row (every number of the
     # scene, a rotation's nine entries for a quaternion), shapes; with loops closure (gap, its rate,
     # Jacobian) and tree (mass matrix and load without them); with bounds bounds and gradients; with
-    # conditions rules; with contacts or cords margins, what each has
-    # left; with elements that switch rows, and a mode and a strike for each combination of states
+    # conditions rules; with contacts or cords margins, what each has left; with elements that
+    # switch rows, and a mode and a strike for each combination of states
 
     script: str
     coordinates: tuple[str, ...]
