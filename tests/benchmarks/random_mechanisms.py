@@ -4,9 +4,9 @@ Run it by hand: python tests/benchmarks/random_mechanisms.py [NUMBER] [--seed S]
 The kinds take turns: trees of all joints with springs, dampers and drives; planar loops of every
 kind in any tilt, far away, from 1 mm to 1 km, some with an idle loop; spatial loops; wheels, balls
 and ellipsoids on tilted planes, in bowls and on domes; blades and velocity constraints that depend
-on time; gears, racks, cords; coordinate maps. Each is verified at a few states in a process of its
-own that is ended after `LIMIT` seconds of processor time. A line tells each failure with what
-reproduces it, a table the outcomes by kind.
+on time; gears, racks, cords; coordinate maps; trees with potentials, links without mass and ties.
+Each is verified at a few states in a process of its own that is ended after `LIMIT` seconds of
+processor time. A line tells each failure with what reproduces it, a table the outcomes by kind.
 """
 
 from __future__ import annotations
@@ -296,6 +296,60 @@ def mapped(random: Random) -> Mechanism:
     return Mechanism("mapped", tuple(bodies), tuple(joints), coordinates=coordinates)
 
 
+def function_of(random: Random, name: str) -> sympy.Expr:
+    """Return a smooth function of a letter."""
+    x, a = sympy.Symbol(name), float(random.uniform(0.3, 2))
+    functions = [x**2, sympy.cos(x), sympy.exp(-(x**2)), sympy.sin(2 * x) / 3]
+    return a * functions[random.integers(len(functions))]
+
+
+def mixed(random: Random) -> Mechanism:
+    """Return a tree with links without mass, potentials, and what ties or leads some joints."""
+    bodies, joints = [Body("ground")], list[Revolute | Prismatic]()
+    for k in range(random.integers(3, 8)):
+        parent, child = bodies[random.integers(max(0, k - 2), k + 1)].name, f"b{k}"
+        kind = Prismatic if random.random() < 0.33 else Revolute
+        origin = placement(random, 0.5)
+        joints.append(kind(f"j{k}", parent, child, axis=direction(random), origin=origin))
+        bodies.append(Body(child, shape(random, 0.5)))
+    inner = {joint.parent for joint in joints} - {"ground"}
+    light = {name for name in inner if random.random() < 0.25}
+    bodies = [Body(body.name) if body.name in light else body for body in bodies]
+    names, last = [joint.coordinate for joint in joints], bodies[-1].name
+    some = joints[random.integers(len(joints))]
+    x, y, z = mq.position()
+    far = triple(random.uniform(1.5, 2.5, 3))
+    drive, axes = sympy.sin(3 * mq.time()), str(random.choice(["world", last]))
+    choice = (
+        mq.Potential("well", some.name, function_of(random, some.coordinate)),
+        mq.PotentialField("field", last, (0.1, 0.0, 0.2), sympy.sin(x) * y + z**2 / 2),
+        mq.CentralForce("pull", "ground", far, last, (0.0, 0.1, 0.0), -3.0 / mq.distance()),
+        mq.Torque("couple", last, (drive, 1.0, 0.0), axes),
+    )
+    forces = tuple(force for force in choice if random.random() < 0.5)
+    conditions, loops, led = list[VelocityConstraint](), list[Loop](), dict[str, sympy.Expr]()
+    number, (first, second) = float(random.uniform(0.5, 1)), (names[0], names[-1])
+    match random.integers(5):
+        case 0 if len(joints) > 3:
+            start = triple(random.uniform(-0.4, 0.4, 3))
+            loops.append(Loop.distance("tie", "ground", start, last, (0.1, 0.0, 0.0), number))
+        case 1:
+            terms = {first: 1.0 + 0.3 * sympy.sin(coordinate(second)), second: number}
+            conditions.append(VelocityConstraint("row", terms, 0.2 * sympy.sin(mq.time())))
+        case 2:
+            led[second] = number * coordinate(first)
+    return Mechanism(
+        "mixed",
+        tuple(bodies),
+        tuple(joints),
+        forces=forces,
+        loops=tuple(loops),
+        velocity_constraints=tuple(conditions),
+        coordinates=Coordinates((), led),
+        gravity=triple(9.81 * np.array(direction(random))),
+    )
+
+
 KINDS = {
     "tree": tree,
     "planar loop": planar_loop,
@@ -304,6 +358,7 @@ KINDS = {
     "sliding": sliding,
     "guided": guided,
     "map": mapped,
+    "mixed": mixed,
 }
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
 from derivation_law import cos, sin
 
-from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.scalars.evaluation import Evaluation, evaluate
 from mecanique.derivation.scalars.series import Kind, Ring, Series
 from mecanique.derivation.symbolic.derivation import project
 from mecanique.derivation.symbolic.multipliers import (
@@ -157,3 +158,12 @@ def test_common_factors_and_signs_are_taken_out() -> None:
     assert make_positive([X - L, X]) == [X - L, X]
     assert is_constant(3 * L / M)
     assert not any(map(is_constant, (X, L + M, ZERO, cos(A), L * X)))
+
+
+def test_products_of_measured_numbers_stay_within_what_floats_hold() -> None:
+    """As multiples of their common measure, 3⁻⁷⁰⁰ 7⁻³⁰⁰, they would be 7³⁰⁰ and 3⁷⁰⁰ > 1e308."""
+    small, large = Fraction(1, 3**700), Fraction(1, 7**300)
+    first, second = divide_common([small * M * X, large * M])
+    values = {"x": 2.0, "m": 5.0}
+    assert evaluate(second, values) == 1.0
+    assert evaluate(first, values) == pytest.approx(float(small / large) * 2.0)

@@ -63,6 +63,13 @@ def common_number(polynomials: Iterable[Series]) -> Fraction:
     return _measure(list(polynomials))[0]
 
 
+def common_scale(polynomials: Sequence[Series]) -> Fraction:
+    """Return the greatest rational that divides all coefficients, the largest if measured."""
+    # as multiples of a common measure, products of measured numbers would exceed every float
+    measure, largest = _measure(polynomials)
+    return measure if largest <= _WILD else measure * largest
+
+
 def _measure(polynomials: Sequence[Series]) -> tuple[Fraction, int]:
     """Return the greatest rational that divides all coefficients, and the largest quotient."""
     whole = math.lcm(*(p.denominator for p in polynomials))

@@ -25,7 +25,7 @@ from mecanique.derivation.numeric.constraints.redundancy import find_redundancy
 from mecanique.derivation.printing.equations import expression, shorter
 from mecanique.derivation.printing.expressions import to_formula, to_power
 from mecanique.derivation.printing.formulas import draw_number, multiply
-from mecanique.derivation.printing.trigforms import common_monomial, common_number
+from mecanique.derivation.printing.trigforms import common_monomial, common_scale
 from mecanique.derivation.printing.writers import Equation, Expression
 from mecanique.derivation.scalars.cancel import divide_by_wave, tidy
 from mecanique.derivation.scalars.polynomials import exponents, power
@@ -177,7 +177,7 @@ def divide_common(column: Sequence[Series], *kinds: Kind) -> list[Series]:
     if not whole:
         return list(column)
     shared = whole[0].ring.monomial(common_monomial(whole, {*kinds} or {Kind.PARAMETER}))
-    divisor = shared * common_number(whole)
+    divisor = shared * common_scale(whole)
     return [entry / divisor for entry in column]
 
 
