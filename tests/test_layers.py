@@ -125,6 +125,8 @@ ORDER: dict[str, list[str]] = {
         "cutting",
         "balances",
         "lagrange newton_euler solution virtual_work",
+        "coefficients routh",
+        "result",
     ],
     "reference": [
         "tolerances vectors",

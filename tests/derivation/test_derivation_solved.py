@@ -286,10 +286,88 @@ def test_what_would_be_too_long_to_print_is_not_computed(
     assert "explicit" not in text
 
 
-def test_a_linkage_too_long_to_be_solved_points_to_its_single_equation() -> None:
-    text = " ".join(derive_system("four_bar_linkage").text(steps=True).split())
+def test_a_linkage_ends_with_its_single_equation(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("four_bar_linkage", "slider_crank"):
+        reduced = mq.reduce_loops(mq.textbook.load(name))
+        for method in ("lagrange", "newton_euler", "virtual_work"):
+            text = derive_system(name, method).text(steps=True)
+            assert text.endswith(f"\n     {reduced.equation}")
+            _, _, result = text.partition(". Result\n")
+            for letter, value in reduced.coefficients.items():
+                assert f"     {letter} = {value}\n" in result
+                assert f"\n  {letter} " in text  # in the list of symbols
+    assert "reduce_loops" not in derive_system("four_bar_linkage").text(steps=True)
+    monkeypatch.setattr("mecanique.derivation.symbolic.result._LONGEST_OF_LOOPS", 5)
+    text = " ".join(mq.derive(mq.textbook.load("four_bar_linkage")).text(steps=True).split())
     assert "reduce the equations to one without multipliers: reduce_loops writes it." in text
-    assert "reduce_loops" not in derive_system("slider_crank").text(steps=True)
+
+
+def test_no_linkage_points_to_an_equation_that_there_is_not() -> None:
+    """The coefficients of chained linkages follow from equations with two unknowns each."""
+    with pytest.raises(DerivationError, match="no short closed form"):
+        mq.reduce_loops(mq.textbook.load("chained_four_bars"))
+    assert "reduce_loops" not in derive_system("chained_four_bars").text(steps=True)
+
+
+def test_a_letter_of_the_single_equation_is_no_point_of_the_linkage() -> None:
+    """C is the joint of coupler and rocker, so that half the derivative of J is N."""
+    linkage = mq.reduce_loops(mq.textbook.load("four_bar_linkage"))
+    assert [*linkage.coefficients][-2:] == ["J", "N"]
+    assert [*mq.reduce_loops(mq.textbook.load("slider_crank")).coefficients][-2:] == ["J", "C"]
+
+
+@pytest.mark.parametrize("method", ["lagrange", "newton_euler", "virtual_work"])
+@pytest.mark.parametrize("name", ["heavy_top", "gyroscope", "kepler_orbit"])
+def test_cyclic_coordinates_end_in_an_effective_potential(name: str, method: str) -> None:
+    """Goldstein, Classical Mechanics, sects. 3-3 and 5-7: E as of a motion in V_eff."""
+    reduced = mq.routh(mq.textbook.load(name))
+    text = derive_system(name, method).text(steps=True)
+    assert text.endswith(f"\n     {reduced.equations[0]}")
+    (*_, energy, _) = text.splitlines()
+    assert energy.startswith("     E = ")
+    assert energy.endswith(" + V_eff")
+    _, _, result = text.partition(". Result\n")
+    for momentum in reduced.momenta:
+        assert result.count(f"     {momentum} = ") == 1
+    assert "  V_eff" in text.partition("1. ")[0]
+
+
+def test_the_effective_potential_and_the_rest_are_the_energy() -> None:
+    """E of the full equations, at random states, equals that of the reduced ones."""
+    reduced = mq.routh(mq.textbook.load("heavy_top"))
+    values = reduced._compute_states(20, np.random.default_rng(1))
+    evaluate = Evaluation(reduced.found.derivation.algebra.ring, values)
+    stages = {stage.title: stage.results for stage in reduced.found.derivation.stages}
+    _, potential = stages["Routh's function"]
+    (energy,) = stages["Energy integral"]
+    values["V_eff"] = evaluate(potential.right)
+    found = Evaluation(reduced.found.derivation.algebra.ring, values)(energy.right)
+    names = reduced.mechanism.coordinates.names
+    q, v = (np.array([values[f"{x}{dots}"] for x in names]).T for dots in ("", "'"))
+    T, V = mq.derive(reduced.mechanism).energy(q, v)
+    np.testing.assert_allclose(found, T + V, rtol=1e-10, atol=1e-12)
+
+
+def test_momenta_that_enter_no_equation_are_left_at_that() -> None:
+    for name in ("free_particle", "particle_on_circle", "free_planar_body"):
+        assert "V_eff" not in derive_system(name).text(steps=True)
+
+
+def test_a_coin_shows_how_the_forces_of_the_constraints_cancel() -> None:
+    text = derive_system("rolling_coin").text(steps=True)
+    _, _, result = text.partition(". Result\n")
+    followers = (
+        "     x' = r sin(lean) cos(yaw) yaw' + r sin(yaw) cos(lean) lean' + r cos(yaw) spin'\n"
+        "     y' = r sin(yaw) sin(lean) yaw' - r cos(yaw) cos(lean) lean' + r sin(yaw) spin'\n"
+        "     z' = -r sin(lean) lean'\n"
+    )
+    assert followers in result
+    assert "in such a displacement the forces of the constraints do no work" in " ".join(
+        result.split()
+    )
+    # virtual work has projected the equations before
+    works = derive_system("rolling_coin", "virtual_work").text(steps=True)
+    assert followers not in works.partition(". Result\n")[2]
 
 
 def test_forces_that_redundancy_shares_are_not_listed() -> None:
@@ -362,7 +440,7 @@ def test_equations_with_their_symbols_do_not_stop_at_forces_of_constraints(form:
     assert said not in disk()
     assert disk(symbols=True).index("lambda") < disk(symbols=True).index(said)
     linkage = getattr(derive_system("four_bar_linkage"), form)(symbols=True)
-    assert "Along any motion" not in linkage  # nothing was eliminated
+    assert "The loops give every other coordinate" in linkage.replace("\n", " ")
     assert "Along any motion" not in getattr(derive_system("kepler_orbit"), form)(symbols=True)
 
 
@@ -370,8 +448,12 @@ def test_integrals_stand_at_the_end() -> None:
     text = derive_system("kepler_orbit").text(steps=True)
     assert text.endswith(
         "The accelerations are explicit wherever no denominator is zero. Along any motion p_phi "
-        "and E are\n   constant.\n     phi'' = -2 phi' r'/r\n     r'' = r phi'^2 - mu/r^2"
+        "and E are\n   constant. phi is cyclic: its velocity follows from the constant momentum, "
+        "and for r one equation\n   is left, with the effective potential V_eff (Routh)."
+        "\n     phi'' = -2 phi' r'/r\n     r'' = r phi'^2 - mu/r^2"
         "\n     p_phi = m r^2 phi'\n     E = m r^2 phi'^2/2 + m r'^2/2 - m mu/r"
+        "\n     phi' = p_phi/(m r^2)\n     V_eff = p_phi^2/(2 m r^2) - m mu/r"
+        "\n     E = m r'^2/2 + V_eff\n     m r'' - p_phi^2/(m r^3) + m mu/r^2 = 0"
     )
 
 

@@ -38,9 +38,18 @@ def test_the_coin_is_written_out_with_its_motion_and_the_meaning_of_its_letters(
     coin = mq.textbook.load("rolling_coin")
     falling = steady_letters(coin, {}, {"spin": 1.0}, ("yaw", "lean")).text()
     lines = falling.splitlines()
-    assert lines[-2:] == [
+    m, r = coin.values["m"], coin.values["r"]
+    assert lines[-9:] == [
         "     M_11 yaw'' + u C1_12 lean' = 0",
         "     M_22 lean'' + u C1_21 yaw' + K0_22 g lean = 0",
+        "",
+        "6. Result",
+        "   In matrices, with the numbers of the description: M q'' + u C1 q' + g K0 q = 0 for q = "
+        "(yaw,",
+        "   lean).",
+        f"     M = [[{m * r**2 / 4:.9g}, 0], [0, {5 * m * r**2 / 4:.9g}]]",
+        f"     C1 = [[0, {m * r**2 / 2:.9g}], [-{3 * m * r**2 / 2:.9g}, 0]]",
+        f"     K0 = [[0, 0], [0, -{m * r:.9g}]]",
     ]
     for line in (
         "  u      speed of the steady motion",
@@ -53,6 +62,7 @@ def test_the_coin_is_written_out_with_its_motion_and_the_meaning_of_its_letters(
         assert line in lines
     floating = replace(coin, gravity=(0.0, 0.0, 0.0))
     text = steady_letters(floating, {}, {"spin": 1.0}, ("yaw", "lean")).text()
-    assert text.splitlines()[-1] == "     M_22 lean'' + u C1_21 yaw' = 0"
+    assert "     M_22 lean'' + u C1_21 yaw' = 0" in text.splitlines()
+    assert "M q'' + u C1 q' = 0 for q = (yaw, lean)." in text
     assert "free fall" not in text
     assert "deviations" not in text.replace("small deviations", "")

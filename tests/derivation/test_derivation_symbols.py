@@ -22,7 +22,7 @@ from mecanique import (
 )
 from mecanique.derivation import METHODS
 from mecanique.derivation.document import Document
-from mecanique.derivation.glossary import clashes, meanings
+from mecanique.derivation.glossary import clashes, explain_coordinates, meanings
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.scalars.evaluation import evaluate
@@ -236,3 +236,17 @@ def test_products_name_masses_then_gravity_lengths_and_rates() -> None:
     for name in units:
         whole = whole * ring[name]
     assert expression(whole).text() == "m k g A l W v"
+
+
+def test_a_coordinate_that_places_a_center_is_said_to_do_so() -> None:
+    """Massless carriers on slides lead the coin; a base that is driven carries its block."""
+
+    def say(name: str, coordinate: str) -> str:
+        explained = explain_coordinates(textbook.load(name))
+        return next(meaning.sentence for meaning in explained if coordinate in meaning.names)
+
+    assert say("rolling_coin", "x") == "position of the center of coin along x of ground [m]"
+    assert say("rolling_coin", "z") == "position of the center of coin along z of ground [m]"
+    assert say("two_wheeled_cart", "x") == "position of the origin of load along x of ground [m]"
+    for relative in (("base_excited_mass", "u"), ("double_atwood_machine", "y"), ("crane", "x")):
+        assert say(*relative).startswith("displacement in the slide")

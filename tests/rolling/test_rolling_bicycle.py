@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from rolling_samples import bicycle
 
 from mecanique import (
@@ -15,6 +18,7 @@ from mecanique import (
     sweep_speeds,
     verify,
 )
+from mecanique.cli import app
 from mecanique.motion.record.loops import begin_on_loops
 
 TABLE_1 = {
@@ -134,3 +138,26 @@ def test_weave_and_capsize_speed() -> None:
     found = sweep_speeds(bicycle(), {"z": 0.3}, {"x": 1.0}, [4.0, 5.0, 6.5])
     assert found.limits == pytest.approx((4.29238253634111, 6.02426201538837), abs=1e-10)
     assert "stability changes at: 4.29238254, 6.02426202" in str(found)
+
+
+def test_its_derivation_ends_with_the_matrices_of_the_benchmark() -> None:
+    """Whatever the method; its recursion stands there once, also with all methods asked for."""
+    runs = {}
+    for method in ("lagrange", "newton_euler", "virtual_work", "all"):
+        words = ["derive", "whipple_bicycle", "--method", method, "--steps"]
+        run = CliRunner().invoke(app, words)
+        assert run.exit_code == 0, run.output
+        runs[method] = run.stdout
+        ending = run.stdout.rstrip().splitlines()[-4:]
+        for line, (name, matrix) in zip(
+            ending, {"M": M, "C1": C1, "K0": K0, "K2": K2}.items(), strict=True
+        ):
+            letter, _, rows = line.strip().partition(" = ")
+            assert letter == name
+            np.testing.assert_allclose(json.loads(rows), matrix, rtol=1e-8, atol=0)
+        said = " ".join(run.stdout.split())
+        assert "M q'' + u C1 q' + (g K0 + u² K2) q = 0 for q = (roll, steer)." in said
+    assert runs["all"].count("\nRecursion\n") == 1
+    for title in ("Newton and Euler's equations", "d'Alembert's principle and virtual work"):
+        assert f"\n{title}" in runs["all"]
+        assert f"\n{title}" not in runs["lagrange"]

@@ -265,9 +265,18 @@ def _power(number: float) -> str:
 
 
 def derivation(
-    mechanism: mq.Mechanism, method: str, form: Form, steps: bool, *, units: bool = False
+    mechanism: mq.Mechanism,
+    method: str,
+    form: Form,
+    steps: bool,
+    *,
+    units: bool = False,
+    every: bool = False,
 ) -> str:
     """Return the equations of motion by one method, with what each symbol means."""
+    from mecanique.derivation import METHODS
+    from mecanique.generation.named_results import HELD, WrittenPart
+
     equations = mq.derive(mechanism, method=method)
     if not equations.legible:
         if equations.symbolic:
@@ -276,8 +285,14 @@ def derivation(
                 "results; in Python, mecanique.derive(…).text() writes them out"
             )
         written = mq.write_recursion(equations)
-        listed: str = getattr(written, form)()
-        return listed
+        others = METHODS.items() if every and mechanism.constrained else ()
+        differ = [WrittenPart(way.title, HELD[name], ()) for name, way in others if name != method]
+        written = replace(written, results=(*written.results, *differ))
+        parts: list[str] = [getattr(written, form)()]
+        if steps and (ride := _expand_ride(mechanism)) is not None:
+            known = frozenset(name for names, _ in written.meanings for name in names)
+            parts.append(getattr(replace(ride.letters, explained=known), form)())
+        return _join(parts, form)
     if units:
         from mecanique.model.mechanism_units import add_unit
 
@@ -294,8 +309,8 @@ def derivations(mechanism: mq.Mechanism, form: Form) -> str:
     from mecanique.derivation.printing.prose import to_latex
 
     shortest = mq.derive(mechanism)
-    if shortest.symbolic and not shortest.legible:  # the others are longer and take minutes
-        return derivation(mechanism, shortest.method, form, steps=True)
+    if not shortest.legible:  # the others are longer and take minutes, or differ in few lines
+        return derivation(mechanism, shortest.method, form, steps=True, every=True)
     parts, explained = list[str](), frozenset[str]()
     for method in METHODS:
         equations = mq.derive(mechanism, method=method)
@@ -311,7 +326,32 @@ def derivations(mechanism: mq.Mechanism, form: Form) -> str:
         said = f"Not compared with other closed forms: {error}."
     shown = {"text": said, "mathml": f"<p>{said}</p>", "latex": to_latex(said, ())}
     parts.append(shown[form])
+    return _join(parts, form)
+
+
+def _join(parts: list[str], form: Form) -> str:
     return ("\n\n\n" if form == "text" else "\n\n").join(parts)
+
+
+def _expand_ride(mechanism: mq.Mechanism) -> mq.SpeedMatrices | None:
+    """Return the linear equations about the steady motion that a catalogue's system starts near.
+
+    Its start at rest balances, and what nothing depends on goes on as it starts.
+    """
+    from mecanique.textbook.catalogue import entry, is_known
+
+    if not is_known(mechanism.name):
+        return None
+    system = entry(mechanism.name)
+    with suppress(mq.MecaniqueError):
+        still = mq.linearize_steady(mechanism, system.start, {})
+        going = {name: v for name, v in system.start_velocity.items() if name in still.cyclic}
+        names = [name for name in still.positions if name not in still.cyclic]
+        unit = max(map(abs, going.values()), default=0.0)
+        if unit and names:
+            at_one = {name: v / unit for name, v in going.items()}
+            return mq.expand_in_speed(mechanism, system.start, at_one, names)
+    return None
 
 
 def solution(mechanism: mq.Mechanism, keep: str, form: Form, steps: bool) -> str:

@@ -25,8 +25,14 @@ from mecanique.derivation.printing.writers import (
     to_math,
 )
 from mecanique.derivation.scalars.cancel import without_common_divisor
-from mecanique.derivation.symbolic.derivation import REACTIONS, Assumption, Derivation, Result
-from mecanique.derivation.symbolic.solution import result_of
+from mecanique.derivation.symbolic.derivation import (
+    NO_ENDING,
+    REACTIONS,
+    Assumption,
+    Derivation,
+    Ending,
+)
+from mecanique.derivation.symbolic.result import result_of
 from mecanique.wording import to_title
 
 _COLUMNS = '<dl style="display: grid; grid-template-columns: fit-content(40%) 1fr; gap: 0.3em 1em">'
@@ -74,7 +80,7 @@ class _Part:
 
     title: str
     sentence: str
-    lines: Sequence[Equation | Result]
+    lines: Sequence[Printed]
     matrices: Linear | None = None
     assumptions: Sequence[Assumption] = ()
 
@@ -88,6 +94,7 @@ class Document:
     method: str  # name of its method
     # symbols that derivations of the mechanism before it explain, and so its description
     explained: frozenset[str] = frozenset()
+    ending: Ending = NO_ENDING  # what it comes to, by default what the equations are solved for
 
     def __repr__(self) -> str:
         return f"<Document: {self.title}>"
@@ -108,16 +115,16 @@ class Document:
         return equations([without_common_divisor(row) for row in rows], own=own)
 
     @cached_property
-    def result(self) -> tuple[str, list[Equation | Result]]:
+    def result(self) -> Ending:
         """What the last section says, and its lines: accelerations, forces and integrals."""
-        return result_of(self.derivation)
+        return self.ending if self.ending.lines else result_of(self.derivation)
 
     @property
-    def _eliminated(self) -> tuple[str, list[Equation | Result]]:
+    def _eliminated(self) -> Ending:
         """The last section where equations alone would stop at forces of constraints."""
-        said, lines = self.result if self.derivation.ties else ("", [])
+        ending = self.result if self.derivation.ties else NO_ENDING
         # of loops it has integrals alone, which the equations do without
-        return (said, lines) if any(isinstance(line, Equation) for line in lines) else ("", [])
+        return ending if any(isinstance(line, Equation) for line in ending.lines) else NO_ENDING
 
     @cached_property
     def linear(self) -> Linear | None:
@@ -136,9 +143,9 @@ class Document:
             lines = [equation.text() for equation in self.equations] or [self._nothing]
             if not symbols:
                 return "\n".join(lines)
-            said, solved = self._eliminated
-            lines += ["", *textwrap.wrap(said, _WIDTH), ""] if solved else []
-            lines += [line.text() for line in solved]
+            ending = self._eliminated
+            lines += ["", *textwrap.wrap(ending.sentence, _WIDTH), ""] if ending.lines else []
+            lines += [line.write(writer) for line in ending.lines]
             return "\n".join([*self._introduce(writer, steps=False), "", *lines])
         out = [self._heading, "", *self._introduce(writer, steps=True)]
         for number, part in enumerate(self._outline(steps=True), 1):
@@ -199,10 +206,10 @@ class Document:
         # Reactions stand below the equations that were found from them
         reactions = [stage for stage in self.derivation.stages if stage.title == REACTIONS]
         letters = {name for name in self.derivation.reactions if reactions}
-        listed = [*meanings(self.derivation)]
+        listed = [*self._list_meanings(steps=True)]
         if not steps:
             named = (meaning for meaning in listed if letters.intersection(meaning.names))
-            listed = [*meanings(self.derivation, steps=False), *named]
+            listed = [*self._list_meanings(steps=False), *named]
         below = () if steps else tuple(stage._repr_html_() for stage in reactions)
         lines = self._write_html(steps, Printed._repr_html_, below)
         return "\n".join([*self._open_html(listed, steps, _COLUMNS), *lines])
@@ -220,12 +227,12 @@ class Document:
         closing = self._closing if steps else _DIVIDED.format("that ")
         matrices, taken = (self._matrices, derivation.assumptions) if steps else (None, ())
         yield _Part(_EQUATIONS, closing if rows else self._nothing, rows, matrices, taken)
-        ending, solved = self.result if steps else self._eliminated
-        if solved:
-            yield _Part("Result", ending, solved)
+        ending = self.result if steps else self._eliminated
+        if ending.lines:
+            yield _Part("Result", ending.sentence, ending.lines)
 
     def _write_html(
-        self, steps: bool, write: Callable[[Equation | Result], str], below: Sequence[str] = ()
+        self, steps: bool, write: Callable[[Printed], str], below: Sequence[str] = ()
     ) -> Iterator[str]:
         """Yield a derivation as lines of HTML, with what comes below the equations of motion."""
         for part in self._outline(steps):
@@ -265,7 +272,7 @@ class Document:
 
     def symbols(self) -> tuple[tuple[str, str], ...]:
         """Return each symbol of the equations of motion in MathML, with its meaning in words."""
-        listed = meanings(self.derivation, steps=False)
+        listed = self._list_meanings(steps=False)
         return tuple(
             (to_math("<mo>,</mo>".join(letters), "inline"), self._spell(sentence))
             for letters, sentence, _ in _write_meanings(listed, MathML())
@@ -291,8 +298,12 @@ class Document:
 
     def meanings(self, steps: bool) -> tuple[Meaning, ...]:
         """Return the meanings of its symbols that have not been explained before."""
-        every = meanings(self.derivation, steps=steps)
+        every = self._list_meanings(steps)
         return tuple(meaning for meaning in every if not self.explained.issuperset(meaning.names))
+
+    def _list_meanings(self, steps: bool) -> tuple[Meaning, ...]:
+        ending = self.result if steps else self._eliminated
+        return meanings(self.derivation, ending, steps=steps)
 
     def _warn(self, steps: bool) -> Iterator[str]:
         """Yield warnings about letters with two meanings."""
@@ -333,7 +344,8 @@ class Document:
     @cached_property
     def _names(self) -> frozenset[str]:
         """Every printed symbol."""
-        return frozenset(name for meaning in meanings(self.derivation) for name in meaning.names)
+        listed = self._list_meanings(steps=True)
+        return frozenset(name for meaning in listed for name in meaning.names)
 
     @property
     def _heading(self) -> str:
@@ -361,7 +373,7 @@ def _assume(assumption: Assumption, writer: Writer) -> str:
     return f"{_TAKEN.format(assumption.subject)} {positive}, {_POSITIVE}"
 
 
-def _in_math(line: Equation | Result) -> str:
+def _in_math(line: Printed) -> str:
     """Return a line as an element of MathML; an equation of motion has its text, too."""
     return line.mathml() if isinstance(line, Equation) else to_math(line.write(MathML()))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import final
@@ -13,7 +13,14 @@ from mecanique.derivation.printing.equations import expression, root
 from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.printing.writers import Equation, Expression
 from mecanique.derivation.scalars.series import FOLLOWER, Kind, Series
-from mecanique.derivation.symbolic.derivation import Derivation, Left, Tie
+from mecanique.derivation.symbolic.derivation import (
+    NO_ENDING,
+    Derivation,
+    Ending,
+    Left,
+    Tie,
+    lefts_of,
+)
 from mecanique.derivation.tolerances import ALIGNED
 from mecanique.model.expression import symbols_in
 from mecanique.model.joint_base import UNITS, Single
@@ -146,7 +153,9 @@ class Meaning:
     definition: Expression | None = None
 
 
-def meanings(derivation: Derivation, *, steps: bool = True) -> tuple[Meaning, ...]:
+def meanings(
+    derivation: Derivation, ending: Ending = NO_ENDING, *, steps: bool = True
+) -> tuple[Meaning, ...]:
     """Return the meaning of every printed symbol, in the order of the list of symbols."""
     algebra = derivation.algebra
     ring, mechanism = algebra.ring, algebra.mechanism
@@ -168,12 +177,13 @@ def meanings(derivation: Derivation, *, steps: bool = True) -> tuple[Meaning, ..
             sentence = derivation.lengths.get(name, "root")
             entries.append(Meaning((name,), sentence, root(atom.argument)))
     together: dict[str, list[str]] = {}
-    for name, sentence in derivation.unknowns.items():
-        if name in used or steps:
+    for name, sentence in {**derivation.unknowns, **ending.unknowns}.items():
+        if name in used or steps or name in ending.unknowns:
             together.setdefault(sentence, []).append(name)
     entries += [Meaning(tuple(names), sentence) for sentence, names in together.items()]
-    if steps:
-        entries += _explain_steps(derivation, {name for entry in entries for name in entry.names})
+    lefts = [*(_collect_lefts(derivation) if steps else ()), *lefts_of(ending.lines)]
+    known = {name for entry in entries for name in entry.names}
+    entries += _explain_steps(derivation, lefts, known)
     if "t" in used:
         entries.append(Meaning(("t",), "time [s]"))
     return tuple(entries)
@@ -202,8 +212,7 @@ def clashes(derivation: Derivation, *, steps: bool, matrices: bool) -> Iterator[
 
 def _collect_lefts(derivation: Derivation) -> list[Left]:
     """The quantities on the left sides of the steps, in order."""
-    every = [result.left for stage in derivation.stages for result in stage.results]
-    return [left for left in every if isinstance(left, Left)]
+    return [*lefts_of(line for stage in derivation.stages for line in stage.results)]
 
 
 def _collect_kinds(derivation: Derivation, *, steps: bool) -> dict[str, Kind]:
@@ -265,7 +274,9 @@ def _explain_signals(derivation: Derivation, used: dict[str, Kind]) -> Iterator[
             yield Meaning((signal.symbol,), sentence, law)
 
 
-def _explain_steps(derivation: Derivation, known: set[str]) -> Iterator[Meaning]:
+def _explain_steps(
+    derivation: Derivation, lefts: Sequence[Left], known: set[str]
+) -> Iterator[Meaning]:
     """Yield the meanings of the left sides of steps, components of one quantity together."""
     mechanism = derivation.algebra.mechanism
     owners = [part.name for part in (*mechanism.bodies, *mechanism.joints, *mechanism.forces)]
@@ -273,7 +284,7 @@ def _explain_steps(derivation: Derivation, known: set[str]) -> Iterator[Meaning]
     rates = _find_rates(mechanism)
     demands = {f"{tie.letter}_{tie.name}": _find_unit(tie) for tie in derivation.ties}
     groups: dict[str, list[str]] = {}
-    for left in _collect_lefts(derivation):
+    for left in lefts:
         name = left.symbol
         if name.rstrip("'") not in known:
             if left.component:
@@ -282,7 +293,7 @@ def _explain_steps(derivation: Derivation, known: set[str]) -> Iterator[Meaning]
                 sentence = _explain(left, owners, demands)
             if name not in groups.setdefault(sentence, []):
                 groups[sentence].append(name)
-    if any(left.turning for left in _collect_lefts(derivation)):
+    if any(left.turning for left in lefts):
         sentence = "angular velocity [rad/s] and velocity [m/s] of the body, in its own axes"
         yield Meaning(("ω", "v"), sentence)
     for sentence, names in groups.items():
@@ -349,6 +360,8 @@ def _explain_joint(joint: Joint, mechanism: Mechanism) -> Iterator[tuple[str, st
     match joint:
         case Single() if joint.turns:
             sentences = [f"angle of the {_name_joint(joint)}, about {_say_axis(joint)} [rad]"]
+        case Single() if position := _say_position(joint, mechanism):
+            sentences = [position]
         case Single():
             sentences = [f"displacement in the {_name_joint(joint)}, along {_say_axis(joint)} [m]"]
         case Planar():
@@ -372,6 +385,35 @@ def _explain_joint(joint: Joint, mechanism: Mechanism) -> Iterator[tuple[str, st
     kinds = dict(zip(joint.coordinates, joint.kinds, strict=True))
     for name in joint.followers:
         yield name, f"dependent coordinate of joint {joint.name} [{UNITS[kinds[name]]}]"
+
+
+def _say_position(slide: Single, mechanism: Mechanism) -> str:
+    """Say the position of what massless carriers on slides lead, "" if none leads this slide."""
+    bodies = {body.name: body for body in mechanism.bodies}
+    leads = {joint.child: joint for joint in mechanism.joints}
+    first, led, others = slide, slide.child, list[Joint]()
+    while not mechanism.evaluate(bodies[led].mass):
+        beyond = [joint for joint in mechanism.joints if joint.parent == led]
+        if len(beyond) != 1:
+            return ""
+        others += beyond
+        led = beyond[0].child
+    while first.parent in leads:
+        above = leads[first.parent]
+        turned = any(map(mechanism.evaluate, first.origin.rpy))
+        carries = not mechanism.evaluate(bodies[above.child].mass)
+        if turned or not (isinstance(above, Single) and not above.turns and carries):
+            return ""
+        others.append(above)
+        first = above
+    places = [x for joint in (slide, *others) for x in joint.origin.xyz]
+    slides = [joint for joint in others if isinstance(joint, Single) and not joint.turns]
+    along = any(a * b for other in slides for a, b in zip(slide.axis, other.axis, strict=True))
+    if not others or along or any(map(mechanism.evaluate, places)):
+        return ""
+    centered = not any(map(mechanism.evaluate, bodies[led].center))
+    axis = _say_direction(slide.axis, first)
+    return f"position of the {'center' if centered else 'origin'} of {led} along {axis} [m]"
 
 
 def _name_child(joint: Joint, mechanism: Mechanism) -> str:

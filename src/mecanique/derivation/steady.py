@@ -20,11 +20,14 @@ from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import loops_of
 from mecanique.derivation.mechanics.recursion import recursion_on_tape
 from mecanique.derivation.printing.equations import equations, expression
+from mecanique.derivation.printing.writers import Printed, Writer
 from mecanique.derivation.scalars.cancel import tidy
+from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import (
     Derivation,
+    Ending,
     Left,
     Matrix,
     Result,
@@ -67,6 +70,28 @@ _CLOSING = (
     "Each entry stands with its power of the speed {}, and a coordinate is the deviation from its "
     "value in the steady motion."
 )
+_MATRICES = "In matrices, with the numbers of the description: {} = 0 for q = ({})."
+_POWERS = ("", "{} ", "{}² ")
+
+
+@final
+@dataclass(frozen=True, repr=False)
+class _Numbers(Printed):
+    """A matrix in numbers."""
+
+    name: str
+    rows: Matrix
+    values: Mapping[str, float]
+
+    def write(self, writer: Writer) -> str:
+        """Write it in the format of a writer."""
+
+        def cell(entry: Series) -> str:
+            value = float(evaluate(entry, self.values))
+            return writer.sum([(value < 0, writer.number(f"{abs(value):.9g}"))])
+
+        cells = [list(map(cell, row)) for row in self.rows]
+        return writer.equation(writer.letter(self.name, False, ""), writer.matrix(cells))
 
 
 @final
@@ -80,6 +105,8 @@ class SteadyLetters:
         M: rows of the mass matrix.
         C: the matrices of C = C0 + u C1.
         K: the matrices of K = K0 + u K1 + u² K2.
+        numbers: the matrices with the mechanism's values, which end what is written.
+        explained: symbols that stand explained above it, with the mechanism's description.
     """
 
     derivation: Derivation
@@ -87,6 +114,8 @@ class SteadyLetters:
     M: Matrix
     C: tuple[Matrix, ...]
     K: tuple[Matrix, ...]
+    numbers: Ending
+    explained: frozenset[str] = frozenset()
 
     def text(self) -> str:
         """Return the motion, the matrices and the equations as text, with the symbols."""
@@ -112,7 +141,8 @@ class SteadyLetters:
 
     @property
     def _document(self) -> Document:
-        return Document(self.derivation, "small deviations from a steady motion")
+        title = "small deviations from a steady motion"
+        return Document(self.derivation, title, self.explained, self.numbers)
 
 
 def steady_letters(
@@ -143,7 +173,9 @@ def steady_letters(
                 if entry:
                     label = f"{letter}_{i + 1}{k + 1}"
                     sums[i] = sums[i] + factor * ring.parameter(label) * ring[f"{names[k]}{dots}"]
-                    yield Result(Left(label), entry)
+                    again = k < i and rows[k][i] == entry
+                    same = ring[f"{letter}_{k + 1}{i + 1}"] if again else entry
+                    yield Result(Left(label), same)
 
     falls = ring.number(1) if g is None else g
     bare = _entrywise(lambda entry: tidy(entry / falls), K[0])
@@ -176,7 +208,33 @@ def steady_letters(
         unknowns=meanings | labels,
         written=equations(sums),
     )
-    return SteadyLetters(derivation, tuple(names), M, C, K)
+    falling = "" if g is None else f"{expression(g).text()} "
+    numbers = _put_numbers(mechanism, names, M, C, (bare, *K[1:]), (motion.speed, falling))
+    return SteadyLetters(derivation, tuple(names), M, C, K, numbers)
+
+
+def _put_numbers(
+    mechanism: Mechanism,
+    names: Sequence[str],
+    M: Matrix,
+    C: Sequence[Matrix],
+    K: Sequence[Matrix],
+    factors: tuple[str, str],
+) -> Ending:
+    """Return the matrices that are not zero in numbers, and what they make."""
+    speed, falling = factors
+    lines, terms = [_Numbers("M", M, mechanism.values)], ["M q''"]
+    for letter, matrices, rate in (("C", C, "q'"), ("K", K, "q")):
+        parts = list[str]()
+        for k, rows in enumerate(matrices):
+            if any(map(any, rows)):
+                lines.append(_Numbers(f"{letter}{k}", rows, mechanism.values))
+                power = _POWERS[k].format(speed)
+                parts.append(f"{falling if letter == 'K' and not k else power}{letter}{k}")
+        total = " + ".join(parts)
+        if parts:
+            terms.append(f"({total}) {rate}" if len(parts) > 1 else f"{total} {rate}")
+    return Ending(_MATRICES.format(" + ".join(terms), ", ".join(names)), tuple(lines))
 
 
 class _Motion:

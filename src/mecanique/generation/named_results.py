@@ -349,7 +349,7 @@ class Written(Legible):
             rows = part.write(Latex())
             if part.numbered:
                 rows = tuple(f"{row} \\tag{{{count}}}" for count, row in enumerate(rows, 1))
-            out.append(display(rows))
+            out += [display(rows)] if rows else []
         return "\n".join(out)
 
     def mathml(self) -> str:
@@ -411,7 +411,7 @@ _ABOUT = (
     "counted with the parent."
 )
 _RECURSION = "The results, each from those above it."
-_HELD = {
+HELD = {
     "lagrange": (
         "Lagrange's equations with multipliers: one for each velocity, M a + h - Q minus the sum "
         "of the multipliers times the coefficients of that velocity in the conditions below."
@@ -425,6 +425,7 @@ _HELD = {
         "that satisfies the conditions on the displacements; the forces of contacts do none."
     ),
 }
+"""How a method treats the constraints, in a list of named results."""
 
 
 def write_recursion(equations: Equations) -> Written:
@@ -485,7 +486,7 @@ def write_recursion(equations: Equations) -> Written:
         meanings.append(((f"{fresh}1", f"{fresh}2", "…"), "results that are used repeatedly"))
     left, written = iter(ends), list[WrittenPart]()
     for heading, rows_of_part in parts.items():
-        said = _HELD[equations.method] if holds is not None and not written else ""
+        said = HELD[equations.method] if holds is not None and not written else ""
         zeros = [ResultLine("0", next(left)) for _ in rows_of_part]
         # a condition that holds by itself, as that across a planar mechanism's plane, is left out
         stated = [line for line in zeros if line.right.terms or not written]

@@ -206,6 +206,28 @@ class Derivation:
         return tuple(rows)
 
 
+@final
+@dataclass(frozen=True)
+class Ending:
+    """What a derivation's equations of motion come to: its last section."""
+
+    sentence: str = ""
+    lines: tuple[Printed, ...] = ()
+    # meaning of each letter that the derivation itself does without, by its name
+    unknowns: Mapping[str, str] = field(default_factory=dict)
+
+
+NO_ENDING = Ending()
+"""That of a derivation whose equations come to nothing new."""
+
+
+def lefts_of(lines: Iterable[Printed]) -> Iterator[Left]:
+    """Yield the quantities that lines state."""
+    for line in lines:
+        if isinstance(line, Result) and isinstance(line.left, Left):
+            yield line.left
+
+
 def along_displacement(displacement: Sequence[Series], rows: Sequence[Series]) -> Series:
     """Project equations on a displacement: the sum of their rows, each times its part of it."""
     pairs = zip(displacement, rows, strict=True)

@@ -51,6 +51,9 @@ from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.wording import enumerate_words
 
+ENERGY_INTEGRAL = "Energy integral"
+"""Title of the step that states the constant energy."""
+
 Squares: TypeAlias = "tuple[tuple[Series, Series], ...]"
 """Moments of inertia I about fixed axes' common point, and rates w, with T = Σ ½ I w²."""
 
@@ -178,8 +181,8 @@ def energy_integral(lagrange: Lagrange, *, by_squares: bool = True) -> list[Stag
     if _find_orders(T) <= {2}:
         sentence = f"{idle}: the total energy is constant along any motion."
         energy = Result(Left("E"), T + V, lambda: join((_write_squares(T, squares), potential())))
-        return [Stage("Energy integral", sentence, (energy,))]
-    degrees, zero = _split_by_degree(T), T.ring.number(0)
+        return [Stage(ENERGY_INTEGRAL, sentence, (energy,))]
+    degrees, zero = split_by_degree(T), T.ring.number(0)
     square, rest = degrees.get(2, zero), degrees.get(0, zero)
     sentence = (
         "L = T - V does not depend on time, but a drive maintains the prescribed motion and does "
@@ -209,7 +212,7 @@ def _find_orders(series: Series) -> set[int]:
     return found
 
 
-def _split_by_degree(series: Series) -> dict[int, Series]:
+def split_by_degree(series: Series) -> dict[int, Series]:
     """Split a series into parts by their degree in the velocities."""
     ring = series.ring
     velocities = ring.names(Kind.VELOCITY)

@@ -9,7 +9,6 @@ Dynamics of Nonholonomic Systems, 1972, ch. III).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, partial
@@ -30,9 +29,6 @@ from mecanique.derivation.scalars.polynomials import exponent, exponents, power
 from mecanique.derivation.scalars.series import GIVEN, Kind, Series, canonical
 from mecanique.derivation.symbolic.derivation import (
     Derivation,
-    Left,
-    Result,
-    Stage,
     along_displacement,
     project,
 )
@@ -56,8 +52,6 @@ from mecanique.derivation.symbolic.symbols import coordinate_of
 from mecanique.errors import DerivationError
 from mecanique.wording import enumerate_words
 
-_INTEGRALS = ("Energy integral", "Jacobi's integral")
-
 _MOST_COUPLED = 3
 """Accelerations that depend on each other are solved for up to this number, by Cramer's rule."""
 
@@ -66,9 +60,6 @@ _MOST_DIVIDED = 2
 
 _MOST_PRODUCTS = 20_000
 """Determinants that multiply out to more terms are not expanded."""
-
-_LONGEST_OF_LOOPS = 20
-"""The same at the end of a derivation of loops, of which there is a shorter equation."""
 
 
 @final
@@ -83,6 +74,8 @@ class EliminatedSolution:
     rows: tuple[Series, ...]
     # each acceleration in closed form, by name; empty if they would be long
     accelerations: Mapping[str, Quotient]
+    # each other velocity as the constraints give it, by name; empty if none are kept
+    followers: Mapping[str, Series]
     find_forces: Callable[[], dict[str, Quotient]]
 
     @cached_property
@@ -210,19 +203,24 @@ class _Solving:
 
     def _put(self, series: Series) -> Series:
         """Replace the velocities that follow from those that are kept."""
-        v = self.algebra.velocities
-        others = [k for k in range(len(v)) if k not in self.kept]
-        free = [self.ring[v[k]] for k in self.kept]
-        basis = zip(*self.allowed.basis, strict=True)
-        values = [
-            along_displacement(parts, free) + p for parts, p in zip(basis, self.still, strict=True)
-        ]
-        names = [v[k] for k in others]
+        values = self.followers
         terms = []
-        for powers, coefficient in series.coefficients(names).items():
-            factors = [values[k] ** e for k, e in zip(others, powers, strict=True) if e]
+        for powers, coefficient in series.coefficients([*values]).items():
+            factors = [x**e for x, e in zip(values.values(), powers, strict=True) if e]
             terms.append(prod(factors, start=coefficient))
         return tidy(self.ring.sum(terms))
+
+    @cached_property
+    def followers(self) -> dict[str, Series]:
+        """The velocities that follow from those that are kept, by name."""
+        v = self.algebra.velocities
+        free = [self.ring[v[k]] for k in self.kept]
+        columns = enumerate(zip(v, self.still, *self.allowed.basis, strict=True))
+        return {
+            name: tidy(along_displacement(parts, free) + p)
+            for k, (name, p, *parts) in columns
+            if self.kept and k not in self.kept
+        }
 
     def solution(self, longest: float) -> EliminatedSolution:
         """Return the solution: that with fewer terms, as constraints allow several forms."""
@@ -255,6 +253,7 @@ class _Solving:
             tuple(self.algebra.velocities[k] for k in self.kept),
             tuple(along_displacement(row, a) + load for row, load in pairs),
             accelerations,
+            self.followers,
             partial(self._forces, moved, fixed, c if accelerations else None),
         )
 
@@ -456,65 +455,3 @@ def _find_least_power(column: Column, index: int) -> int:
     """Return the lowest power of a generator in series, 0 at most."""
     powers = (exponent(monomial, index) for series in column for _, monomial, _ in series.terms())
     return min(powers, default=0)
-
-
-def result_of(derivation: Derivation) -> tuple[str, list[Equation | Result]]:
-    """Return the sentences and the lines of a derivation's last section, none if nothing is new."""
-    # It lists equations without multipliers, accelerations, forces of constraints and integrals
-    if derivation.written is not None:
-        return "", []
-    said, lines = list[str](), list[Equation | Result]()
-    with suppress(DerivationError):  # loops, and constraints without displacements everywhere
-        loops = bool(derivation.algebra.mechanism.loops)
-        # what multiplies out to more than twice as many terms seldom becomes as short as is shown
-        solved = solve(derivation, longest=2 * _LONGEST_OF_LOOPS if loops else inf)
-        single = len(solved.kept) == 1 and bool(solved.accelerations)
-        lengths = [len(quotient.above) for quotient in solved.accelerations.values()]
-        if loops and max(lengths, default=inf) > _LONGEST_OF_LOOPS:
-            raise DerivationError("their one equation by kinematic coefficients is shorter")
-        if derivation.ties and solved.rows and all(map(without_common_divisor, solved.rows)):
-            said.append(
-                f"The constraints leave {enumerate_words([*map(coordinate_of, solved.kept)])} free."
-            )
-            explicit = solved.accelerations and not _say_where(solved.accelerations.values())
-            if not (single or explicit):
-                one = derivation.algebra.ring.number(1)
-                where = _say_where(Quotient(row, one) for row in solved.rows)
-                said.append(f"Without the forces of the constraints these equations remain{where}.")
-                lines += solved.equations
-        if solved.accelerations:
-            where = _say_where(solved.accelerations.values())
-            said.append(f"The accelerations are explicit{where}.")
-        if solved.forces:
-            by = "" if solved.accelerations else " from the accelerations"
-            said.append(f"The forces of the constraints follow{by}.")
-        pairs = [*solved.accelerations.items(), *solved.forces.items()]
-        lines += [value.equate(name) for name, value in pairs]
-        lines += solved.turned
-    algebra = derivation.algebra
-    single = len(algebra.velocities) == len(derivation.ties) + 1
-    if algebra.mechanism.loops and single and not lines:
-        said.append(
-            "Kinematic coefficients, the velocities per unit of one of them, reduce the equations "
-            "to one without multipliers: reduce_loops writes it."
-        )
-    integrals = [*_list_integrals(derivation.stages)]
-    if integrals:
-        lefts = [line.left for line in integrals if isinstance(line.left, Left)]
-        letters = enumerate_words([*dict.fromkeys(left.symbol for left in lefts)])
-        are = "is" if len(integrals) == 1 else "are"
-        said.append(f"Along any motion {letters} {are} constant.")
-    return " ".join(said), [*lines, *integrals]
-
-
-def _say_where(values: Iterable[Quotient]) -> str:
-    return " wherever no denominator is zero" if any(value.divided for value in values) else ""
-
-
-def _list_integrals(stages: tuple[Stage, ...]) -> Iterator[Result]:
-    for stage in stages:
-        if stage.title in _INTEGRALS:
-            yield from stage.results
-        for line in stage.results:
-            if isinstance(line.left, Left) and line.left.quantity == "p" and line.left.component:
-                yield line

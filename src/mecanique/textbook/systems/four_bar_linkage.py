@@ -91,7 +91,7 @@ SYSTEM = System(
     ),
     forms={
         (
-            "J phi'' + C phi'^2 + (m1 + 2 m2) g a cos(phi)/2 + m3 g c K_psi cos(psi)/2 + m2 g b "
+            "J phi'' + N phi'^2 + (m1 + 2 m2) g a cos(phi)/2 + m3 g c K_psi cos(psi)/2 + m2 g b "
             "(1 + K_theta) cos(phi + theta)/2 = 0"
         ): "Eksergian, J. Franklin Inst. 209 (1930) 21",
     },

@@ -1,0 +1,117 @@
+"""Say what equations of motion come to: the last section of a derivation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from math import inf
+
+from mecanique.derivation.printing.writers import Printed
+from mecanique.derivation.scalars.cancel import without_common_divisor
+from mecanique.derivation.symbolic.coefficients import reduce_to_one
+from mecanique.derivation.symbolic.derivation import (
+    NO_ENDING,
+    Derivation,
+    Ending,
+    Left,
+    Result,
+    Stage,
+    lefts_of,
+)
+from mecanique.derivation.symbolic.lagrange import ENERGY_INTEGRAL, Lagrange
+from mecanique.derivation.symbolic.multipliers import Quotient
+from mecanique.derivation.symbolic.routh import reduce_by_momenta
+from mecanique.derivation.symbolic.solution import solve
+from mecanique.derivation.symbolic.symbols import coordinate_of
+from mecanique.errors import DerivationError
+from mecanique.model.mechanism import Mechanism
+from mecanique.wording import enumerate_words
+
+_INTEGRALS = (ENERGY_INTEGRAL, "Jacobi's integral")
+
+_LONGEST_OF_LOOPS = 20
+"""Most terms of an acceleration of loops, and of a line of equations reduced further."""
+
+_ELIMINATED = (
+    "The other velocities follow from theirs. To the equation of each free coordinate those of the "
+    "others are added, each times the coefficient with which its velocity depends on that of the "
+    "free one: in such a displacement the forces of the constraints do no work, and cancel."
+)
+_ELSEWHERE = (
+    "Kinematic coefficients, the velocities per unit of one of them, reduce the equations to one "
+    "without multipliers: reduce_loops writes it."
+)
+
+
+def result_of(derivation: Derivation) -> Ending:
+    """Return the last section of a derivation, without lines if nothing is new."""
+    # It lists equations without multipliers, accelerations, forces of constraints, integrals and
+    # the equations that loops or cyclic coordinates leave
+    if derivation.written is not None:
+        return NO_ENDING
+    said, lines = list[str](), list[Printed]()
+    with suppress(DerivationError):  # loops, and constraints without displacements everywhere
+        loops = bool(derivation.algebra.mechanism.loops)
+        # what multiplies out to more than twice as many terms seldom becomes as short as is shown
+        solved = solve(derivation, longest=2 * _LONGEST_OF_LOOPS if loops else inf)
+        single = len(solved.kept) == 1 and bool(solved.accelerations)
+        lengths = [len(quotient.above) for quotient in solved.accelerations.values()]
+        if loops and max(lengths, default=inf) > _LONGEST_OF_LOOPS:
+            raise DerivationError("their one equation by kinematic coefficients is shorter")
+        if derivation.ties and solved.rows and all(map(without_common_divisor, solved.rows)):
+            kept = enumerate_words([*map(coordinate_of, solved.kept)])
+            said.append(f"The constraints leave {kept} free.")
+            explicit = solved.accelerations and not _say_where(solved.accelerations.values())
+            ring = derivation.algebra.ring
+            if not (single or explicit):
+                where = _say_where(Quotient(row, ring.number(1)) for row in solved.rows)
+                said += [] if derivation.quasi else [_ELIMINATED]
+                said.append(f"Without the forces of the constraints these equations remain{where}.")
+                moving = [(name, rate) for name, rate in solved.followers.items() if rate]
+                lines += [Result(ring[name], rate) for name, rate in moving if not derivation.quasi]
+                lines += solved.equations
+        if solved.accelerations:
+            where = _say_where(solved.accelerations.values())
+            said.append(f"The accelerations are explicit{where}.")
+        if solved.forces:
+            by = "" if solved.accelerations else " from the accelerations"
+            said.append(f"The forces of the constraints follow{by}.")
+        pairs = [*solved.accelerations.items(), *solved.forces.items()]
+        lines += [value.equate(name) for name, value in pairs]
+        lines += solved.turned
+    reduced = _reduce(derivation.algebra.mechanism, pointing=not lines)
+    integrals = [*_list_integrals(derivation.stages)]
+    letters = [*dict.fromkeys(left.symbol for left in lefts_of(integrals))]
+    if integrals:
+        are = "is" if len(integrals) == 1 else "are"
+        said.append(f"Along any motion {enumerate_words(letters)} {are} constant.")
+    said += [reduced.sentence] if reduced.sentence else []
+    # E is stated anew, momenta are not
+    momenta = {left for left in lefts_of(integrals) if left.component}
+    new = [line for line in reduced.lines if momenta.isdisjoint(lefts_of([line]))]
+    return Ending(" ".join(said), (*lines, *integrals, *new), reduced.unknowns)
+
+
+def _reduce(mechanism: Mechanism, *, pointing: bool) -> Ending:
+    """Return the equations that loops or cyclic coordinates leave; of long ones, where they are."""
+    with suppress(DerivationError):
+        lagrange = Lagrange(mechanism)
+        reduced = reduce_to_one(lagrange) if mechanism.loops else reduce_by_momenta(lagrange)
+        rights = [line.right for line in reduced.ending.lines if isinstance(line, Result)]
+        if max(map(len, rights), default=0) <= _LONGEST_OF_LOOPS:
+            return reduced.ending
+        return Ending(_ELSEWHERE) if mechanism.loops and pointing else NO_ENDING
+    return NO_ENDING
+
+
+def _say_where(values: Iterable[Quotient]) -> str:
+    return " wherever no denominator is zero" if any(value.divided for value in values) else ""
+
+
+def _list_integrals(stages: tuple[Stage, ...]) -> Iterator[Result]:
+    for stage in stages:
+        if stage.title in _INTEGRALS:
+            yield from stage.results
+        for line in stage.results:
+            if isinstance(line.left, Left) and line.left.quantity == "p" and line.left.component:
+                yield line
