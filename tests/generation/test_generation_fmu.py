@@ -175,19 +175,24 @@ def test_a_model_that_gives_something_else_is_not_handed_out(
         mq.generate(mq.derive(mq.textbook.load("simple_pendulum")), "fmu", samples=3)
 
 
+@pytest.mark.parametrize("name", ["cart_pole", "ladder"])
 def test_the_sources_travel_and_compile_without_warnings(
-    write: Callable[[str], Path], tmp_path: Path
+    name: str,
+    write: Callable[[str], Path],
+    write_modes: Callable[[str], Path],
+    tmp_path: Path,
 ) -> None:
-    with zipfile.ZipFile(write("cart_pole")) as archive:
+    path = write(name) if name == "cart_pole" else write_modes(name)
+    with zipfile.ZipFile(path) as archive:
         names = archive.namelist()
-        text = archive.read("sources/cart_pole.c")
+        text = archive.read(f"sources/{name}.c")
         page = archive.read("documentation/index.html").decode()
     where, ending = target.platform_of()
-    assert f"binaries/{where}/cart_pole{ending}" in names
+    assert f"binaries/{where}/{name}{ending}" in names
     engine = "Pinocchio" if has_pinocchio() else "a stand-in for Pinocchio"
     assert f"Run and compared with {engine} at 4 random states" in page
-    (tmp_path / "cart_pole.c").write_bytes(text)
-    source = str(tmp_path / "cart_pole.c")
+    (tmp_path / f"{name}.c").write_bytes(text)
+    source = str(tmp_path / f"{name}.c")
     subprocess.run([compiler(), *WARNINGS, "-fsyntax-only", source], check=True)
 
 
@@ -219,6 +224,11 @@ def test_what_a_model_cannot_have_is_refused(monkeypatch: pytest.MonkeyPatch) ->
     assert b"binaries/" not in content
 
 
+def test_the_law_of_corners_in_c_has_no_tolerance_of_its_own() -> None:
+    text = Path(target.__file__).with_name("corners.c").read_text(encoding="utf-8")
+    assert set(re.findall(r"\b[\d.]+e-\d+", text)) == {"1e-300"}
+
+
 def test_constants_of_steps_stand_in_one_table(monkeypatch: pytest.MonkeyPatch) -> None:
     """What C is written with follows the table, and its text has no number of its own instead."""
     monkeypatch.setattr(dop853, "CLOSED", 3e-11)
@@ -229,3 +239,82 @@ def test_constants_of_steps_stand_in_one_table(monkeypatch: pytest.MonkeyPatch) 
     assert "enum { SWEEPS = 9 };" in source
     text = Path(target.__file__).with_name("stepper.c").read_text(encoding="utf-8")
     assert not re.findall(r"\b[\d.]+e-\d+|\b0\.04\b|\b0\.9\b|\b6\.1\b", text)
+
+
+SWITCHING = ("bouncing_ball", "dry_oscillator", "ladder", "newtons_cradle", "painleve_rod")
+
+
+@pytest.fixture(scope="module")
+def write_modes(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    @cache
+    def made(name: str) -> Path:
+        entry = mq.textbook.entry(name)
+        q, v = dict(entry.start), dict(entry.start_velocity)
+        code = mq.generate(mq.derive_modes(entry.mechanism()), "fmu", q=q, v=v, samples=4)
+        assert code.verdict is not None
+        assert max(code.verdict.worst.values()) < 1e-13
+        return code.write(tmp_path_factory.mktemp(name))[0]
+
+    return made
+
+
+@pytest.mark.parametrize("name", SWITCHING)
+def test_what_switches_moves_through_its_corners(
+    name: str, write_modes: Callable[[str], Path]
+) -> None:
+    path, entry = write_modes(name), mq.textbook.entry(name)
+    assert validate_fmu(str(path)) == []
+    mechanism = entry.mechanism()
+    q, v = dict(entry.start), dict(entry.start_velocity)
+    motion = mq.simulate(mechanism, q=q, v=v, duration=entry.duration, rtol=1e-12)
+    assert motion.events
+    # an importing tool finds corners by its own tolerance
+    for kind, most in (("CoSimulation", 1e-10), ("ModelExchange", 1e-6)):
+        found = fmpy.simulate_fmu(
+            str(path),
+            fmi_type=kind,
+            stop_time=entry.duration,
+            output_interval=entry.duration / 50,
+            relative_tolerance=1e-10,
+        )
+        exact = motion(np.minimum(found["time"], entry.duration))
+        states = np.array([found[name] for name in mechanism.coordinates]).T
+        assert np.abs(states - exact.q).max() < most
+        for element, state in motion.modes[-1].states.items():
+            code = {"open": 0, "closed": 1, "sticks": 1, "slips +": 2, "slips -": 3}[state]
+            assert found[f"state[{element}]"][-1] == code
+
+
+def test_a_bouncing_ball_rests_in_co_simulation_when_its_sum_ends(
+    write_modes: Callable[[str], Path],
+) -> None:
+    found = fmpy.simulate_fmu(
+        str(write_modes("bouncing_ball")), stop_time=4.2, output_interval=0.001
+    )
+    rests = found["time"][found["state[floor]"] == 1][0]
+    assert rests == pytest.approx(np.sqrt(2 / 9.81) * 1.8 / 0.2, rel=0, abs=0.001)
+    assert np.abs(found["z"][found["time"] >= rests]).max() < 1e-13
+
+
+def test_a_model_says_where_no_mode_follows_and_what_begins_within(
+    write_modes: Callable[[str], Path], tmp_path: Path
+) -> None:
+    log: list[str] = []
+    ball = model(write_modes("bouncing_ball"), tmp_path / "ball", log)
+    ball.setFloat64([1], [-0.1])
+    ball.enterInitializationMode(startTime=0.0)
+    with pytest.raises(FMICallException):
+        ball.exitInitializationMode()
+    assert log == ["floor starts with its bodies one within the other, by 0.1"]
+    log.clear()
+    rod = model(write_modes("painleve_rod"), tmp_path / "rod", log)
+    described = fmpy.read_model_description(str(write_modes("painleve_rod")))
+    places = {v.name: v.valueReference for v in described.modelVariables}
+    # beyond the first paradox, at tan θ = 2 and μ > 4/3, a rod that slides has no mode that follows
+    rod.setFloat64([places["mu"]], [1.6])
+    rod.enterInitializationMode(startTime=0.0)
+    with pytest.raises(FMICallException):
+        rod.exitInitializationMode()
+    assert log == [
+        "0 modes that rigid bodies determine follow at t = 0 s, where one is expected (Painleve)"
+    ]

@@ -207,8 +207,15 @@ def test_a_ball_that_strikes_keeps_its_momentum_about_the_contact() -> None:
 
 
 def test_what_no_code_can_hold_is_refused() -> None:
-    with pytest.raises(mq.InputError, match="an FMU holds one mode, and cannot tell which follows"):
-        mq.generate(mq.derive_modes(mq.textbook.load("clutch")), "fmu")
+    ball = mq.textbook.load("bouncing_ball")
+    (floor,) = ball.switching
+    assert isinstance(floor, mq.Contact)
+    poisson = replace(ball, switching=(replace(floor, law="poisson"),))
+    with pytest.raises(mq.DerivationError, match="of 'floor' follow Poisson's law, which an FMU"):
+        mq.generate(mq.derive_modes(poisson), "fmu")
+    steps = tuple(mq.Stop(f"s{k}", ball.joints[0].name, at=-1.0 - k, side=-1) for k in range(7))
+    with pytest.raises(mq.DerivationError, match=r"has 7 elements that switch, .* at most 6"):
+        mq.generate(mq.derive_modes(replace(ball, switching=steps), most=128), "fmu")
     smooth = mq.textbook.load("base_excited_mass")
     dry = replace(smooth, switching=(mq.Friction("dry", smooth.joints[0].name, 0.1, 2.0),))
     with pytest.raises(mq.DerivationError, match="is moved by time; code of modes is not written"):

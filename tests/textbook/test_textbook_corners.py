@@ -121,6 +121,15 @@ def test_the_last_ball_of_a_cradle_takes_the_momentum() -> None:
     np.testing.assert_allclose(np.cumsum([way, *gaps]), [0.0, 0.0, 1.0], rtol=0.0, atol=1e-15)
 
 
+@pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-11, 1e-12])
+def test_balls_of_a_cradle_that_stay_together_strike_but_once(rtol: float) -> None:
+    # the gap of a corner found late by 1e-13 s was left, and closed again and again
+    entry = mq.textbook.entry("newtons_cradle")
+    start, velocity = dict(entry.start), dict(entry.start_velocity)
+    motion = mq.simulate(entry.mechanism(), q=start, v=velocity, duration=0.6, rtol=rtol)
+    assert [event.name for event in motion.events] == ["touch1: impact"]
+
+
 def test_a_block_rocks_as_housner_says() -> None:
     motion = move("rocking_block")
     first = [event for event in motion.events if event.t == motion.events[0].t]

@@ -78,3 +78,55 @@ the comparison to 1e-9 is not of the gaps."""
 FIRM = 1e-2
 """Random states in which the Jacobian of loops has a smaller singular value, or a coefficient a
 smaller divisor, are not compared: they amplify rounding a hundredfold."""
+
+# elements that switch
+
+CLOSED_GAP = 1e-10
+"""A gap below this many characteristic lengths is closed, where another element switches."""
+
+EVEN = 1e-15
+"""A gap is closed where it is minus this many characteristic lengths, 5 ε: bodies that only touch
+part and meet by rounding."""
+
+NO_GAP = 1e-16
+"""Gaps below this many characteristic lengths, half of ε, cannot be made smaller."""
+
+LAST_BOUNCE = 1e-13
+"""Bounces that stay below this many characteristic lengths are the tail of a geometric sum."""
+
+STILL = 1e-12
+"""Speeds below this part of those around are rounding."""
+
+DEAD = 1e-13
+"""Margins of forces are passed by this part of the largest force, more than their rounding."""
+
+LEAST_MARGIN = 1e-30
+"""A margin above zero where nothing presses [N]."""
+
+SAME_PROGRAM = 1e-9
+"""A program agrees with the engine's quantities to this part of the largest."""
+
+DRIFTED = 1e-13
+"""A state that is brought back onto the rows held by more than this has drifted."""
+
+SLACK = 1e-9
+"""Conditions are met if they are missed by this part of the terms that they compare."""
+
+REDUNDANT = 1e-11
+"""Singular values below this part of the largest are zero: the rows are redundant."""
+
+SAME_ANSWER = 1e-7
+"""Answers that differ by less, of the speeds or accelerations around, are the same answer."""
+
+SWITCHING = {
+    "CLOSED_GAP": CLOSED_GAP,
+    "EVEN": EVEN,
+    "LAST_BOUNCE": LAST_BOUNCE,
+    "STILL": STILL,
+    "DEAD": DEAD,
+    "LEAST_MARGIN": LEAST_MARGIN,
+    "SLACK": SLACK,
+    "REDUNDANT": REDUNDANT,
+    "SAME_ANSWER": SAME_ANSWER,
+}
+"""Those that pages and code in C take, too."""

@@ -69,7 +69,8 @@ def generate(
         equations: the equations of motion; or, of what switches, the modes of `derive_modes`: a
             function for each mode, with its accelerations and the elements' forces, one for each
             impact of an element, with the velocities after it and its impulses, and one with gaps
-            and rates. `what` is then left aside.
+            and rates. An FMU moves through all modes by itself, and has these gaps and rates, and
+            the state of each element, as outputs. `what` is then left aside.
         target: "c" (C99 that allocates nothing), "javascript", "python" (numpy, for many states at
             once), "jax", "casadi" or "fmu" (FMI 3.0, model exchange and co-simulation, for
             simulation tools; the quantities are its outputs).
@@ -107,12 +108,7 @@ def generate(
     moves = isinstance(language, FMU)
     if isinstance(equations, Modes):
         refuse_time(equations.mechanism)
-        if moves:
-            raise InputError(
-                "an FMU holds one mode, and cannot tell which follows; expected another target, "
-                "whose functions give every mode"
-            )
-        program = build_modes(equations, parameters, name)
+        program = build_modes(equations, parameters, name, moves=moves)
     else:
         program = build_program(equations, what, parameters, name, moves=moves)
     if moves:

@@ -19,14 +19,22 @@ from mecanique.generation.build import assemble, require_known
 from mecanique.generation.identifiers import file_stem
 from mecanique.generation.mechanics.dynamics import TapeDynamics
 from mecanique.generation.mechanics.switching import SwitchingEquations
-from mecanique.generation.program import Answer, Program
+from mecanique.generation.program import Answer, Program, SwitchingTerms
 from mecanique.generation.quantities import Output
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism_units import characteristic_length
 from mecanique.program.traced import values_of
+
+MOST_ELEMENTS = 6
+"""An FMU tries 4 states of each element at a corner, with as many as these 4,096 modes."""
 
 
 def build_modes(
-    modes: Modes, parameters: Sequence[str] | None = None, name: str | None = None
+    modes: Modes,
+    parameters: Sequence[str] | None = None,
+    name: str | None = None,
+    *,
+    moves: bool = False,
 ) -> Program:
     """Build the program of all modes that rigid bodies determine, impacts, gaps and rates."""
     mechanism = modes.mechanism
@@ -40,7 +48,31 @@ def build_modes(
     dynamics = TapeDynamics(letters, equations.tree, equations.tree, "closed form of each mode")
     program = assemble(dynamics, file_stem(mechanism.name, name), answers)
     base = replace(mechanism, switching=())
-    return replace(program, mechanism=base, switching=mechanism.switching)
+    corners = _list_corners(mechanism, equations) if moves else None
+    return replace(program, mechanism=base, switching=mechanism.switching, corners=corners)
+
+
+def _list_corners(mechanism: Mechanism, equations: SwitchingEquations) -> SwitchingTerms:
+    """Return what a program needs to find in a state which mode follows."""
+    for element in mechanism.switching:
+        if getattr(element, "law", "newton") != "newton":
+            raise DerivationError(
+                f"the impacts of {element.name!r} follow Poisson's law, which an FMU does not "
+                'have; give it law="newton"'
+            )
+    if len(mechanism.switching) > MOST_ELEMENTS:
+        raise DerivationError(
+            f"mechanism {mechanism.name!r} has {len(mechanism.switching)} elements that switch, "
+            f"whose modes an FMU tries one by one; expected at most {MOST_ELEMENTS}"
+        )
+    in_joints = [row.offset is not None for e in mechanism.switching for row in e.joint_rows]
+    names = [row.name for row in equations.contacts]
+    return SwitchingTerms(
+        equations.elements,
+        (*(name.endswith(": normal") for name in names), *in_joints),
+        characteristic_length(replace(mechanism, switching=())),
+        tuple(values_of(equations.list_terms())),
+    )
 
 
 def _write_elements(equations: SwitchingEquations) -> Answer:

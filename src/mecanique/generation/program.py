@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
+from mecanique.derivation.mechanics.switching import ElementRows
 from mecanique.generation.quantities import Output
 from mecanique.model.constraints.friction import Switching
 from mecanique.model.mechanism import Mechanism
@@ -45,6 +46,17 @@ class LoopProjection:
 
 @final
 @dataclass(frozen=True)
+class SwitchingTerms:
+    """What decides which mode follows in a state."""
+
+    elements: tuple[ElementRows, ...]
+    positional: tuple[bool, ...]  # whether each row is the rate of a gap
+    length: float  # a characteristic length [m]
+    values: tuple[Value, ...]  # as `SwitchingEquations.list_terms` gives them
+
+
+@final
+@dataclass(frozen=True)
 class Program:
     """A straight-line program."""
 
@@ -59,6 +71,8 @@ class Program:
     # for closed mechanisms to be integrated, the correction that keeps loops closed
     landing: LoopProjection | None = None
     switching: tuple[Switching, ...] = ()  # the elements whose modes it computes
+    # for programs to be integrated, what decides which mode of these follows
+    corners: SwitchingTerms | None = None
 
     @property
     def parameters(self) -> tuple[ProgramInput, ...]:

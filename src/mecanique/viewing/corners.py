@@ -29,6 +29,7 @@ from mecanique.derivation.mechanics.switching import (
     strike,
 )
 from mecanique.derivation.mechanics.vectors import Triple, add, cross, scale
+from mecanique.derivation.tolerances import SWITCHING
 from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.constrained import inputs_at
 from mecanique.generation.mechanics.dynamics import TapeDynamics
@@ -39,17 +40,7 @@ from mecanique.model.states import States
 from mecanique.motion.motion import Motion
 from mecanique.motion.switching.corners import Corners, ElementForce
 from mecanique.motion.switching.law import solve
-from mecanique.motion.tolerances import (
-    CLOSED_GAP,
-    DEAD,
-    EVEN,
-    LAST_BOUNCE,
-    LEAST_MARGIN,
-    SAME_ANSWER,
-    SLACK,
-    STILL,
-    TINY,
-)
+from mecanique.motion.tolerances import TINY
 from mecanique.program.evaluation import evaluate
 from mecanique.program.traced import values_of
 from mecanique.verification.states import random_states
@@ -63,18 +54,6 @@ _STATES = 8
 
 _SAME = 1e-8
 """Largest difference, relative to the largest force, from the forces of a motion's own modes."""
-
-_TOLERANCES = {
-    "closed": CLOSED_GAP,
-    "dead": DEAD,
-    "even": EVEN,
-    "last_bounce": LAST_BOUNCE,
-    "least": LEAST_MARGIN,
-    "same": SAME_ANSWER,
-    "slack": SLACK,
-    "still": STILL,
-}
-"""Those of a motion in Python, which a page's are, too."""
 
 
 @final
@@ -138,7 +117,7 @@ class PageCorners:
             positional=tuple(self._corners.rows.positional.tolist()),
             forces=len(self._forces),
             length=self._corners.length,
-            tolerances=_TOLERANCES,
+            tolerances=SWITCHING,
         )
 
     def _write_rows(self) -> list[Any]:

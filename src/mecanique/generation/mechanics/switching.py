@@ -67,6 +67,23 @@ class SwitchingEquations:
             [k for k, name in enumerate(names) if idle(name)],
         )
 
+    def list_terms(self) -> list[Any]:
+        """Return rates of q and the terms of a state, then the numbers of each kind of element."""
+        terms, elements = self.terms, self.elements
+        load = [Q + tau for Q, tau in zip(terms.load, self.letters.tau, strict=True)]
+        of_rows = (terms.gamma, terms.gaps, terms.rates, terms.kinetic, terms.static)
+        numbers = [
+            [element.restitution, element.stiffness or 0.0, element.holds] for element in elements
+        ]
+        return [
+            *self.letters.rates,
+            *terms.mass.ravel(),
+            *load,
+            *terms.jacobian.ravel(),
+            *np.concatenate(of_rows),
+            *as_scalars(numbers).T.ravel(),
+        ]
+
     def length(self, *parts: Any) -> Any:
         """Return the root of the sum of squares."""
         if len(parts) == 1:

@@ -6,7 +6,8 @@
  * TOKEN, the token of instances; START and GIVEN, the initial values of y and p; FIXED, how each
  * of p may change; OUTPUTS and GROUPS, the numbers of outputs and of the functions
  * output[] that compute them, from first_output[] on. Value references count the time, the states,
- * their rates, p and the outputs, from 0 on.
+ * their rates, p and the outputs, from 0 on. With CORNERS, corners.c stands above as well, and the
+ * state of each of ELEMENTS follows p.
  */
 #include <stdbool.h>
 #include <stddef.h>
@@ -32,9 +33,10 @@ enum Change { TUNABLE, FIXED_LENGTH, INPUT };
 
 
 typedef struct {
-    double t, y[N], p[P + 1];
+    double t, y[N], p[P + ELEMENTS + 1];
     double dy[N], out[OUTPUTS + 1];     /* the last results */
     bool knows_rates, knows[GROUPS + 1];
+    double left[2 * ELEMENTS + 1];      /* of each element, after the last step or corner */
     Motion motion;
     enum Mode mode;
 } State;
@@ -177,11 +179,32 @@ static double stray(const State *now)
         const double *x = now->y + ball[k];
         worst = fmax(worst, fabs(x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3] - 1.0));
     }
+#if CORNERS
+    worst = fmax(worst, creep(now->t, now->y, now->p));
+#endif
     if (!LOOPS) return worst;
     landing(now->t, now->y, now->p, change);
     for (int i = 0; i < N; i++) worst = fmax(worst, fabs(change[i]) / (1.0 + fabs(now->y[i])));
     return worst;
 }
+
+#if CORNERS
+static const double AHEAD = 1e-11;      /* tools find corners to this part of the time, or of 1 s */
+
+/* Return the height below which bounces are over [m]: an importing tool cannot tell them apart. */
+static double lowest(const Instance *m)
+{
+    return fmax(LAST_BOUNCE, m->steps ? 0.0 : m->tolerance) * LENGTH;
+}
+
+/* Note what is left of each state after a corner: a mode begins sound, but for rounding. */
+static void note_margins(State *now)
+{
+    give_margins(now->t, now->y, now->p, now->left);
+    for (int j = 0; j < 2 * ELEMENTS; j++) now->left[j] = fmax(now->left[j], 0.0);
+    forget(now);
+}
+#endif
 
 EXPORT const char *fmi3GetVersion(void) { return "3.0"; }
 
@@ -241,7 +264,15 @@ EXPORT Status fmi3ExitInitializationMode(void *model)
 {
     Instance *m = model;
     m->now.mode = m->steps ? STEP : EVENT;
-    return settle(m, "the start is not on the closed loops: give all coordinates, or change none");
+    const Status closed =
+        settle(m, "the start is not on the closed loops: give all coordinates, or change none");
+#if CORNERS
+    State *now = &m->now;
+    char words[SENTENCE];
+    if (!begin(now->t, now->y, now->p, lowest(m), words)) return say(m, fmi3Error, words);
+    note_margins(now);
+#endif
+    return closed;
 }
 
 EXPORT Status fmi3EnterEventMode(void *m)
@@ -405,6 +436,27 @@ EXPORT Status fmi3UpdateDiscreteStates(void *model, bool *again, bool *terminate
     Instance *m = model;
     *again = *terminates = *nominals = *has_next = false;
     *next = 0.0;
+#if CORNERS
+    State *now = &m->now;
+    double left[2 * ELEMENTS];
+    char words[SENTENCE];
+    int passed = -1, rows[ROWS];
+    if (find_rates(m) != fmi3OK) return fmi3Discard;
+    /* the tool may have found the corner just before it: look a little ahead */
+    double ahead[N];
+    const double h = AHEAD * (1.0 + fabs(now->t));
+    for (int i = 0; i < N; i++) ahead[i] = now->y[i] + h * now->dy[i];
+    give_margins(now->t + h, ahead, now->p, left);
+    for (int j = 2 * ELEMENTS - 1; j >= 0; j--)
+        if (left[j] < 0.0 && now->left[j] >= 0.0) passed = j;
+    /* first, as rates of rows that are held would be taken for rates of contacts that part */
+    project(now->t, now->y, now->p, list_held(now->p + MODE, rows), rows);
+    if (passed >= 0 && !switch_at(now->t, now->y, now->p, passed, lowest(m), words))
+        return say(m, fmi3Error, words);
+    note_margins(now);
+    *values = true;
+    return fmi3OK;
+#endif
     *values = stray(&m->now) > 0.1 * m->tolerance;
     return *values ? settle(m, "the state is too far from the closed loops") : fmi3OK;
 }
@@ -423,6 +475,15 @@ EXPORT Status fmi3CompletedIntegratorStep(void *model, bool no_going_back, bool 
     (void)no_going_back;
     *terminates = false;
     *event = stray(&m->now) > m->tolerance;
+#if CORNERS
+    State *now = &m->now;
+    double left[2 * ELEMENTS];
+    give_margins(now->t, now->y, now->p, left);
+    for (int j = 0; j < 2 * ELEMENTS; j++) {
+        if (left[j] < 0.0 && now->left[j] >= 0.0) *event = true;
+        else now->left[j] = left[j];
+    }
+#endif
     return fmi3OK;
 }
 
@@ -454,7 +515,12 @@ EXPORT Status fmi3GetContinuousStateDerivatives(void *model, double out[], size_
 EXPORT Status fmi3GetEventIndicators(void *m, double out[], size_t n)
 {
     (void)out;
-    return n ? say(m, fmi3Error, "this model has no event indicators") : fmi3OK;
+    if (n != 2 * ELEMENTS) return say(m, fmi3Error, "expected a place for each event indicator");
+#if CORNERS
+    const State *now = &((Instance *)m)->now;
+    give_margins(now->t, now->y, now->p, out);
+#endif
+    return fmi3OK;
 }
 
 EXPORT Status fmi3GetContinuousStates(void *model, double out[], size_t n)
@@ -475,7 +541,7 @@ EXPORT Status fmi3GetNominalsOfContinuousStates(void *m, double out[], size_t n)
 EXPORT Status fmi3GetNumberOfEventIndicators(void *m, size_t *n)
 {
     (void)m;
-    *n = 0;
+    *n = 2 * ELEMENTS;
     return fmi3OK;
 }
 
@@ -503,8 +569,6 @@ EXPORT Status fmi3DoStep(void *model, double t, double step, bool no_going_back,
     Instance *m = model;
     State *now = &m->now;
     Motion *motion = &now->motion;
-    Notes none = {0, 0, NULL, NULL, NULL};
-    Samples samples = {0, 0, NULL, NULL};
     (void)no_going_back;
     *event = *terminates = *early = false;
     motion->t = now->t = t;
@@ -513,12 +577,21 @@ EXPORT Status fmi3DoStep(void *model, double t, double step, bool no_going_back,
     motion->most = 0x7fffffff;
     motion->steps = 0;
     int reason = STIFF;
+#if CORNERS
+    char words[SENTENCE] = "";
+    motion->at_limit = motion->below = 0;
+    reason = march_on(motion, now->p, now->y, words);
+    if (reason == CORNER) return say(m, fmi3Error, words);
+#else
+    Notes none = {0, 0, NULL, NULL, NULL};
+    Samples samples = {0, 0, NULL, NULL};
     while (reason == STIFF || reason == MANY) {
         /* stiff motions are also computed correctly, though slowly */
         motion->at_limit = motion->below = 0;
         motion->steps = 0;
         reason = march(motion, now->p, now->y, &none, &samples);
     }
+#endif
     *last = now->t = motion->t;
     forget(now);
     return reason == END ? fmi3OK : say(m, fmi3Error, why[reason]);

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import io
+import json
 import platform
 import sys
 import tempfile
 import zipfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
@@ -17,9 +18,11 @@ from itertools import product as cartesian
 from pathlib import Path
 from typing import final
 
+from mecanique.derivation.mechanics.switching import ElementRows
+from mecanique.derivation.tolerances import SWITCHING
 from mecanique.errors import DerivationError, InputError
 from mecanique.generation.dop853 import write_constants
-from mecanique.generation.program import Answer, Program
+from mecanique.generation.program import Answer, Program, ProgramInput, SwitchingTerms
 from mecanique.generation.targets.c import compiler, limit_optimization
 from mecanique.generation.targets.python import require, say_versions, write_test
 from mecanique.generation.targets.steps import (
@@ -43,7 +46,7 @@ class Variable:
     """A variable of a model; its index among the others is its value reference."""
 
     name: str
-    kind: str  # "time", "state", "rate", "parameter", "input" or "output"
+    kind: str  # "time", "state", "rate", "parameter", "input", "output", "margin" or "mode"
     unit: str = ""  # its unit, "" if it has none
     meaning: str = ""  # its meaning, in a few words
     start: float | None = None  # its initial value; None if it is computed
@@ -79,6 +82,15 @@ def variables_of(program: Program) -> tuple[Variable, ...]:
         labels = _label(program, answer)
         meaning = answer.quantity.meaning
         variables += [Variable(name, "output", unit, meaning) for name, unit in labels]
+    if program.corners is not None:
+        elements = program.corners.elements
+        for element in elements:
+            for what in ("gap or pressure", "friction or slip"):
+                name = f"left[{element.name}, {what}]"
+                variables.append(Variable(name, "margin", meaning="its state ends at zero"))
+        for element in elements:
+            meaning = ", ".join(f"{_code(element, state)}: {state}" for state in element.states)
+            variables.append(Variable(f"state[{element.name}]", "mode", meaning=meaning))
     names = [variable.name for variable in variables]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
@@ -88,7 +100,12 @@ def variables_of(program: Program) -> tuple[Variable, ...]:
 
 def results_of(program: Program) -> list[Answer]:
     """Return the answers that are outputs: all except the rates of the state."""
-    return [answer for answer in program.answers if answer.quantity.name != "rhs"]
+    return [a for a in program.answers if a.quantity.name != "rhs" and not a.quantity.mode]
+
+
+def _code(element: ElementRows, state: str) -> int:
+    """Return the number of a state of an element in C; 1 where it is closed or sticks."""
+    return element.states.index(state) + (element.normal is None)
 
 
 def token_of(program: Program) -> str:
@@ -101,9 +118,11 @@ def token_of(program: Program) -> str:
 def describe_model(program: Program, generator: str) -> str:
     """Return the modelDescription.xml of a program."""
     variables = variables_of(program)
-    places = {kind: _find_places(variables, kind) for kind in ("state", "rate", "output")}
+    kinds = ("state", "rate", "output", "margin", "mode")
+    places = {kind: _find_places(variables, kind) for kind in kinds}
     first = places["rate"][0] - places["state"][0] if places["state"] else 0
-    held = 'needsCompletedIntegratorStep="true" ' if program.landing is not None else ""
+    astray = program.landing is not None or program.corners is not None
+    held = 'needsCompletedIntegratorStep="true" ' if astray else ""
     same = (
         f'modelIdentifier={quote(program.name)} canGetAndSetFMUState="true" '
         'canSerializeFMUState="true"'
@@ -122,11 +141,13 @@ def describe_model(program: Program, generator: str) -> str:
     for place, variable in enumerate(variables):
         lines.append(_write_variable(place, variable, first))
     lines += ["  </ModelVariables>", "  <ModelStructure>"]
-    shown = sorted([*places["state"], *places["output"]])
+    shown = sorted([*places["state"], *places["output"], *places["mode"]])
     lines += [f'    <Output valueReference="{k}"/>' for k in shown]
     lines += [f'    <ContinuousStateDerivative valueReference="{k}"/>' for k in places["rate"]]
     unknown = [*places["rate"], *places["output"]]
+    unknown += places["mode"]
     lines += [f'    <InitialUnknown valueReference="{k}"/>' for k in unknown]
+    lines += [f'    <EventIndicator valueReference="{k}"/>' for k in places["margin"]]
     return "\n".join([*lines, "  </ModelStructure>", "</fmiModelDescription>", ""])
 
 
@@ -141,6 +162,8 @@ def _write_variable(place: int, variable: Variable, before: int) -> str:
         f'variability="{"fixed" if variable.fixed else "tunable"}"',
         "input": 'causality="input" variability="continuous"',
         "output": 'causality="output" variability="continuous" initial="calculated"',
+        "margin": 'causality="local" variability="continuous" initial="calculated"',
+        "mode": 'causality="output" variability="discrete" initial="calculated"',
     }[variable.kind]
     words = [f"<Float64 name={quote(variable.name)}", f'valueReference="{place}"', how]
     if variable.start is not None:
@@ -180,6 +203,12 @@ def _find_fixed(program: Program) -> set[str]:
 def _label(program: Program, answer: Answer) -> list[tuple[str, str]]:
     """Return the name and unit of each entry of an answer."""
     quantity = answer.quantity
+    if quantity.name == "elements":
+        words = quantity.meaning.split(", ")
+        return [
+            (f"der({before})" if name == "its rate" else name, "")
+            for before, name in zip(["", *words], words, strict=False)
+        ]
     if quantity.name == "energy":
         return [("kinetic_energy", "J"), ("potential_energy", "J")]
     if quantity.name == "acceleration":
@@ -263,7 +292,14 @@ class FMU:
         """Return the test with its table."""
         text = write_test(program, cases, _IMPORTS, _COMPARE, f"{program.name}.fmu")
         groups = {answer.quantity.name: len(answer.values) for answer in results_of(program)}
-        return {f"test_{program.name}.py": text.replace("GROUPS = {}", f"GROUPS = {groups!r}")}
+        text = text.replace("GROUPS = {}", f"GROUPS = {groups!r}")
+        if program.corners is not None:
+            modes = dict(_list_modes(program, program.corners.elements))
+            size = len(program.letters["v"]) + len(program.corners.positional)
+            text = text.replace("MODES = {}", f"MODES = {modes!r}").replace(
+                "SIZE = 0", f"SIZE = {size}"
+            )
+        return {f"test_{program.name}.py": text}
 
     def commands(self, program: Program, directory: Path) -> list[list[str]]:
         """Return the command that runs the test."""
@@ -278,7 +314,8 @@ class FMU:
 
 def write_source(program: Program) -> str:
     """Write the C source of a model in one file."""
-    letters, rates = program.letters, program.answers[0]
+    letters, corners = program.letters, program.corners
+    rates = () if corners is not None else program.answers[0].values
     for answer in program.answers:
         if "a" in answer.quantity.takes:
             raise DerivationError(
@@ -289,16 +326,22 @@ def write_source(program: Program) -> str:
     for array, group in (("y", ("q", "v")), ("p", ("p", "tau"))):
         places = [letter.place for kind in group for letter in letters[kind]]
         symbols |= {place: f"{array}{k}" for k, place in enumerate(places)}
-    moving = SteppedProgram(program.mechanism, program.tape, symbols, rates.values, program.landing)
+    moving = SteppedProgram(program.mechanism, program.tape, symbols, rates, program.landing)
     given = [v for v in variables_of(program) if v.kind in ("parameter", "input")]
     change = {"input": "2", "parameter": "0"}
     held = ["1" if v.fixed and v.kind == "parameter" else change[v.kind] for v in given]
-    lines = [write_steps(moving)]
+    lines = [write_steps(moving), f"#define CORNERS {int(corners is not None)}"]
+    lines += (
+        ["enum { ELEMENTS = 0 };"] if corners is None else _write_corners(moving, corners, letters)
+    )
     firsts, functions = [0], []
     for answer in results_of(program):
         functions.append(f"give_{answer.quantity.name}")
         lines += write_function(moving, functions[-1], answer.values)
         firsts.append(firsts[-1] + len(answer.values))
+    if corners is not None:
+        functions += ["give_margins", "give_states"]
+        firsts += [firsts[-1] + 2 * len(corners.elements), firsts[-1] + 3 * len(corners.elements)]
     values = list_numbers([*(variable.start or 0.0 for variable in given), 0.0])
     lines += [
         f"enum {{ P = {len(given)}, OUTPUTS = {firsts[-1]}, GROUPS = {len(functions)} }};",
@@ -314,6 +357,49 @@ def write_source(program: Program) -> str:
         "",
     ]
     return "\n".join(lines) + Path(__file__).with_name("fmu.c").read_text(encoding="utf-8")
+
+
+def _list_modes(
+    program: Program, elements: Sequence[ElementRows]
+) -> Iterator[tuple[str, tuple[list[int], int, list[int]]]]:
+    """Yield each answer in a mode: its states in C, whether it is an impact, and its places."""
+    velocities = list(range(len(program.letters["v"])))
+    for answer in program.answers:
+        if named := dict(answer.quantity.mode):
+            codes, rows = [], list[int]()
+            for element in elements:
+                state = named.get(element.name)
+                codes.append(0 if state is None else _code(element, state))
+                rows += () if state is None else element.rows
+            places = [*velocities, *(len(velocities) + row for row in rows)]
+            yield answer.quantity.name, (codes, int(answer.quantity.struck), places)
+
+
+def _write_corners(
+    moving: SteppedProgram, corners: SwitchingTerms, letters: Mapping[str, Sequence[ProgramInput]]
+) -> Iterator[str]:
+    """Yield C that finds which mode follows: tables of the elements, their terms, and the law."""
+    elements = corners.elements
+    tables = {
+        "normal": [-1 if e.normal is None else e.normal for e in elements],
+        "tangent": [e.tangents[0] if e.tangents else -1 for e in elements],
+        "pressing": [-1 if e.pressing is None else e.pressing for e in elements],
+        "struck": [int(e.struck) for e in elements],
+        "elastic": [int(e.normal is not None and not e.struck) for e in elements],
+        "in_turn": [int(getattr(e.element, "in_turn", False)) for e in elements],
+        "positional": list(map(int, corners.positional)),
+    }
+    count = len(letters["p"]) + len(letters["tau"])
+    rows = len(corners.positional)
+    yield f"enum {{ ELEMENTS = {len(elements)}, ROWS = {rows}, MODE = {count} }};"
+    for name, row in tables.items():
+        yield f"static const int {name}[] = {{{', '.join(map(str, row))}}};"
+    names = ", ".join(json.dumps(e.name) for e in elements)
+    yield f"static const char *const name[] = {{{names}}};"
+    for name, number in {"LENGTH": corners.length, **SWITCHING}.items():
+        yield f"static const double {name} = {number!r};"
+    yield from write_function(moving, "measure", corners.values)
+    yield Path(__file__).with_name("corners.c").read_text(encoding="utf-8")
 
 
 @lru_cache(maxsize=4)  # a model is built twice: to be judged, and then with its verdict
@@ -358,6 +444,8 @@ _IMPORTS = (
 
 _COMPARE = '''
 GROUPS = {}
+SIZE = 0  # of what is solved for in a mode
+MODES = {}  # of each mode or impact: states of the elements, whether it is one, where to look
 
 
 def log(environment, status, category, message):
@@ -379,8 +467,8 @@ class Model:
         )
         self.fmu.instantiate(logMessage=log)
 
-    def start(self, k):
-        """Put it in a state."""
+    def start(self, k, moves=True):
+        """Put it in a state, from which it moves."""
         self.y = [*INPUTS["q"][k], *INPUTS["v"][k]]
         given = [*INPUTS["p"][k], *INPUTS["tau"][k]]
         first = 1 + 2 * self.states
@@ -388,6 +476,8 @@ class Model:
         self.fmu.setFloat64(range(first, first + len(given)), given)
         self.fmu.setFloat64(range(1, 1 + self.states), self.y)
         self.fmu.enterInitializationMode(startTime=INPUTS["t"][k][0])
+        if not moves:
+            return
         self.fmu.exitInitializationMode()
         if self.kind is FMU3Model:
             self.put(INPUTS["t"][k][0], np.array(self.y))
@@ -396,6 +486,22 @@ class Model:
         self.fmu.setTime(t)
         numbers = (ctypes.c_double * len(y))(*y)
         self.fmu.setContinuousStates(numbers, len(y))
+
+    def solve(self, k, states, strikes, places):
+        """Return accelerations and forces in a mode, or velocities and impulses after an impact."""
+        y, p, modes = (
+            (ctypes.c_double * len(row))(*row)
+            for row in (
+                [*INPUTS["q"][k], *INPUTS["v"][k]],
+                [*INPUTS["p"][k], *(0.0 for _ in INPUTS["tau"][k]), *states],
+                states,
+            )
+        )
+        out = (ctypes.c_double * SIZE)()
+        solve = self.fmu.dll.mecanique_mode
+        solve.argtypes = [ctypes.c_double, *[ctypes.c_void_p] * 3, ctypes.c_int, ctypes.c_void_p]
+        solved = solve(INPUTS["t"][k][0], y, p, modes, strikes, out)
+        return np.array(out)[places] if solved else np.full(len(places), np.nan)
 
     def read(self, first, size):
         return np.array(self.fmu.getFloat64(range(first, first + size)))
@@ -462,8 +568,11 @@ def main():
     model = Model(FMU3Model, folder, description)
     answers = {name: [] for name in EXPECTED}
     for k in states:
-        model.start(k)
-        answers["rhs"].append(model.read(1 + model.states, model.states))
+        model.start(k, moves=not MODES)
+        if "rhs" in answers:
+            answers["rhs"].append(model.read(1 + model.states, model.states))
+        for name, mode in MODES.items():
+            answers[name].append(model.solve(k, *mode))
         at = 1 + 2 * model.states + len(INPUTS["p"][0]) + len(INPUTS["tau"][0])
         for name, size in GROUPS.items():
             answers[name].append(model.read(at, size))
@@ -473,9 +582,10 @@ def main():
         off = np.array(answers[name]) - expected
         failed |= report(name, np.linalg.norm(WEIGHTS[name] * off, axis=1), ALLOWED[name])
     other = Model(FMU3Slave, folder, description)
-    steps = [compare_step(model, other, k) for k in states[:10]]
-    steps = [difference for difference in steps if difference is not None]
-    failed |= report("co-simulation", steps or [np.inf], [1e-7] * max(len(steps), 1))
+    if not MODES:
+        steps = [compare_step(model, other, k) for k in states[:10]]
+        steps = [difference for difference in steps if difference is not None]
+        failed |= report("co-simulation", steps or [np.inf], [1e-7] * max(len(steps), 1))
     for instance in (model, other):
         instance.fmu.terminate()
         instance.fmu.freeInstance()

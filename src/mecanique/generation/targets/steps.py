@@ -30,7 +30,7 @@ class SteppedProgram:
     tape: Tape
     # C's name of each input, by its name on the tape: t, or an entry of y or p such as y3
     symbols: Mapping[str, str]
-    rates: Sequence[Value]  # rates of q, then of v, shape (nq + nv,)
+    rates: Sequence[Value]  # rates of q, then of v, shape (nq + nv,); none if C finds them itself
     landing: LoopProjection | None  # for closed mechanisms, the correction that keeps loops closed
 
 
@@ -63,7 +63,10 @@ def write_steps(moving: SteppedProgram) -> str:
     lines += write_constants(STEPS)
     if any(kind == "sign" for kind, _, _ in moving.tape.operations):
         lines.append(SIGN)
-    lines += write_function(moving, "rates", moving.rates)
+    if moving.rates:
+        lines += write_function(moving, "rates", moving.rates)
+    else:
+        lines.append("static void rates(double t, const double *y, const double *p, double *out);")
     lines += write_function(moving, "landing", () if landing is None else landing.changes)
     lines += write_function(moving, "firm", () if landing is None else (landing.firmness,))
     lines += [

@@ -29,6 +29,18 @@ from mecanique.derivation.mechanics.switching import (
     accelerate,
     list_present_margins,
 )
+from mecanique.derivation.tolerances import (
+    CLOSED_GAP,
+    DEAD,
+    DRIFTED,
+    EVEN,
+    LAST_BOUNCE,
+    LEAST_MARGIN,
+    NO_GAP,
+    REDUNDANT,
+    SAME_PROGRAM,
+    STILL,
+)
 from mecanique.errors import DerivationError, InputError, IntegrationError
 from mecanique.generation.mechanics.switching import SwitchingEquations
 from mecanique.model.constraints.friction import Contact
@@ -42,19 +54,7 @@ from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Event, Margin, ModeSpan, Occurrence
 from mecanique.motion.switching.law import ASTRAY, Laws, ModeSolution, UndecidedError
 from mecanique.motion.switching.rows import SwitchingRows
-from mecanique.motion.tolerances import (
-    CLOSED_GAP,
-    DEAD,
-    DRIFTED,
-    EVEN,
-    LAST_BOUNCE,
-    LEAST_MARGIN,
-    NO_GAP,
-    REDUNDANT,
-    SAME_PROGRAM,
-    STILL,
-    TINY,
-)
+from mecanique.motion.tolerances import TINY
 from mecanique.program.traced import values_of
 
 MOST_OPERATIONS = 20_000
@@ -298,12 +298,7 @@ class Corners:
         q, v = self.rows.rates.normalize(y[: self._nq]), y[self._nq :]
         if not in_velocity:
             return np.concatenate([q, v])
-        for _ in range(4 if in_position else 0):
-            terms = self.rows.at(q, v, t)
-            gaps = terms.gaps[in_position]
-            if np.abs(gaps).max() <= NO_GAP * self.length:
-                break
-            q = self.rows.rates.displace(q, _least_step(terms, in_position, gaps))
+        q = self._close_gaps(t, q, v, in_position)
         terms = self.rows.at(q, v, t)
         v = v + _least_step(terms, in_velocity, terms.rates[in_velocity])
         for row in in_velocity:
@@ -312,6 +307,16 @@ class Corners:
                 column = entries[0]
                 v[column] = -terms.drift[row] / terms.jacobian[row, column]
         return np.concatenate([q, v])
+
+    def _close_gaps(self, t: float, q: Array, v: Array, rows: list[int]) -> Array:
+        """Return the positions next to some at which the gaps of rows are zero."""
+        for _ in range(4 if rows else 0):
+            terms = self.rows.at(q, v, t)
+            gaps = terms.gaps[rows]
+            if np.abs(gaps).max() <= NO_GAP * self.length:
+                break
+            q = self.rows.rates.displace(q, _least_step(terms, rows, gaps))
+        return q
 
     def has_left(self, t: float, y: Array) -> bool:
         """Return whether a state has drifted off the rows that are held."""
@@ -430,6 +435,10 @@ class Corners:
         if approaching:
             v = v + self._decide(t, y, lambda: self.laws.impact(terms, touching, still))
             v, rested = self._rest(q, v, t, approaching, still)
+            terms = self.rows.at(q, v, t)
+            # times are found to 1e-13 s: what does not part would be left one within the other
+            normals = [self.elements[k].rows[0] for k in approaching]
+            q = self._close_gaps(t, q, v, [row for row in normals if terms.rates[row] <= still])
             terms = self.rows.at(q, v, t)
             names = ", ".join(self.elements[k].name for k in approaching)
             occurrences.append(Occurrence(f"{names}: impact", t, q, before, v))

@@ -38,8 +38,9 @@ from mecanique.derivation.mechanics.switching import (
     solve_held,
     strike,
 )
+from mecanique.derivation.tolerances import REDUNDANT, SAME_ANSWER, SLACK
 from mecanique.errors import InputError
-from mecanique.motion.tolerances import REDUNDANT, SAME_ANSWER, SLACK, TINY
+from mecanique.motion.tolerances import TINY
 
 MOST_MODES = 4096
 """So many modes at most are tried at once."""

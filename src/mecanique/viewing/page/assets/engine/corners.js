@@ -82,10 +82,10 @@ export class Corners {
   margins(t, y) {
     const { tolerances, length, count, marginAt } = this;
     const numbers = this.evaluate(this.present, t, y);
-    const pull = tolerances.dead * numbers[numbers.length - 1] + tolerances.least;
+    const pull = tolerances.DEAD * numbers[numbers.length - 1] + tolerances.LEAST_MARGIN;
     const margins = [...numbers.subarray(marginAt, marginAt + 2 * count)];
     this.modes[this.present].forEach((state, k) => {
-      if (state === OPEN) margins[2 * k] += tolerances.even * length;
+      if (state === OPEN) margins[2 * k] += tolerances.EVEN * length;
       else if (!this.isElastic(k)) margins[2 * k] += pull;
       if (state === STICKS) margins[2 * k + 1] += pull;
     });
@@ -217,13 +217,13 @@ export class Corners {
   isTouching(k, gaps, state = OPEN) {
     const { struck, normal } = this.elements[k];
     if (!struck) return isHeld(state) && normal !== null;
-    return isHeld(state) || gaps[normal] <= this.tolerances.closed * this.length;
+    return isHeld(state) || gaps[normal] <= this.tolerances.CLOSED_GAP * this.length;
   }
 
   begin(t, y) {
     const { gaps } = this.read(t, y);
     const within = this.elements.find(
-      ({ struck, normal }) => struck && gaps[normal] < -this.tolerances.closed * this.length,
+      ({ struck, normal }) => struck && gaps[normal] < -this.tolerances.CLOSED_GAP * this.length,
     );
     if (within) return `as ${within.name} begins with its bodies one within the other`;
     const touching = this.elements.map((_, k) => this.isTouching(k, gaps));
@@ -271,13 +271,13 @@ export class Corners {
     );
     const pull = Math.max(0, ...slopes.map((row) => withinRow(row, free)));
     const usual = Math.sqrt(this.length * pull);
-    return this.tolerances.still * Math.max(usual, ...speeds) + NO_SPEED;
+    return this.tolerances.STILL * Math.max(usual, ...speeds) + NO_SPEED;
   }
 
   // Whether what a mode or an impact presupposes is so, by its numbers: of elements that are near and
   // open the gap must not shrink, of those whose slip begins it must grow.
   isSound(states, numbers, { near, beginning, still }) {
-    const { slack } = this.tolerances;
+    const { SLACK: slack } = this.tolerances;
     const sizes = 2 * this.count;
     const pull = slack * numbers.slice(2 * sizes).reduce((a, b) => a + b, 0);
     return states.every((state, k) => {
@@ -350,7 +350,7 @@ export class Corners {
     const most = (a) => a.reduce((largest, x) => Math.max(largest, Math.abs(x)), 0);
     const isSame = (a, b) =>
       most(a.map((x, i) => x - b[i])) <=
-      this.tolerances.same * (Math.max(most(a), most(b)) + most(free)) + still;
+      this.tolerances.SAME_ANSWER * (Math.max(most(a), most(b)) + most(free)) + still;
     const kept = [];
     for (const each of solutions) if (!kept.some(({ a }) => isSame(each.a, a))) kept.push(each);
     return kept;
@@ -432,7 +432,7 @@ export class Corners {
       const speed = rates[this.elements[k].normal];
       const fall = -numbers[this.marginAt + 2 * this.count + 2 * k];
       if (!(e > 0 && e < 1 && speed > still && fall > 0)) return false;
-      return speed ** 2 / (2 * fall) <= this.tolerances.last_bounce * this.length;
+      return speed ** 2 / (2 * fall) <= this.tolerances.LAST_BOUNCE * this.length;
     });
     const loops = this.loopsOf(ended.map((k) => this.elements[k].normal));
     if (!loops) return;

@@ -1,0 +1,796 @@
+/*
+ * The corners of a motion: in which mode each element that switches is, which follows where a margin
+ * passes zero, and impacts (F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts,
+ * 1996). All modes are tried, so that none, one and several solutions are told apart.
+ *
+ * Defined above this text: N, NQ and NV as for the steps; ELEMENTS and ROWS, the numbers of elements
+ * and of their rows; MODE, the place in p from which on the state of each element stands; for each
+ * element the rows normal[], tangent[] and pressing[], −1 for none, whether it is struck[], elastic[]
+ * or impacts in_turn[], and its name[]; whether a row is positional[], the rate of a gap; LENGTH, a
+ * characteristic length; tolerances in capital letters, which derivation/tolerances.py explains; and
+ * measure(t, y, p, out), which gives Terms.
+ */
+#include <stdbool.h>
+#include <stdio.h>
+
+enum Element { OPEN_ELEMENT, HELD, FORWARD, BACKWARD };  /* HELD: closed, or sticks */
+enum { LONGEST = (int)NV > (int)ROWS ? (int)NV : (int)ROWS };
+enum { MOST_AT_ONCE = 50, MOST_IN_TURN = 10000, MOST_FOLLOWING = 16, SENTENCE = 400 };
+
+typedef struct {
+    double first[NQ], mass[NV][NV], load[NV];            /* rates of q, M, forces less bias */
+    double slopes[ROWS][NV], gamma[ROWS], gap[ROWS], rate[ROWS];
+    double kinetic[ELEMENTS], sticking[ELEMENTS], restitution[ELEMENTS], stiffness[ELEMENTS];
+    double holds[ELEMENTS];
+} Terms;
+
+/* What a mode is solved for: accelerations under loads, or changes of velocities at an impact. */
+typedef struct {
+    bool impact;
+    double load[NV], wanted[ROWS], sticking[ELEMENTS], holds[ELEMENTS];
+} Drive;
+
+typedef struct {
+    double mode[ELEMENTS], a[NV], force[ROWS];
+} Solved;
+
+static void know(double t, const double *y, const double *p, Terms *k)
+{
+    measure(t, y, p, (double *)k);
+}
+
+/*
+ * Solve n equations with columns of right sides by elimination with the largest pivot of all; return
+ * the rank. Unknowns without a pivot become zero.
+ */
+static int eliminate(int n, int columns, double *matrix, double *right)
+{
+    int order[LONGEST], rank = 0;
+    double first = 0.0;
+    for (int i = 0; i < n; i++) order[i] = i;
+    for (; rank < n; rank++) {
+        int row = rank, column = rank;
+        for (int i = rank; i < n; i++)
+            for (int j = rank; j < n; j++)
+                if (fabs(matrix[i * n + j]) > fabs(matrix[row * n + column])) row = i, column = j;
+        const double pivot = matrix[row * n + column];
+        if (rank == 0) first = fabs(pivot);
+        if (!(fabs(pivot) > REDUNDANT * first)) break;
+        for (int j = 0; j < n; j++) {
+            const double kept = matrix[row * n + j];
+            matrix[row * n + j] = matrix[rank * n + j];
+            matrix[rank * n + j] = kept;
+        }
+        for (int i = 0; i < n; i++) {
+            const double kept = matrix[i * n + column];
+            matrix[i * n + column] = matrix[i * n + rank];
+            matrix[i * n + rank] = kept;
+        }
+        for (int c = 0; c < columns; c++) {
+            const double kept = right[row * columns + c];
+            right[row * columns + c] = right[rank * columns + c];
+            right[rank * columns + c] = kept;
+        }
+        const int place = order[column];
+        order[column] = order[rank];
+        order[rank] = place;
+        for (int i = rank + 1; i < n; i++) {
+            const double part = matrix[i * n + rank] / pivot;
+            if (part == 0.0) continue;
+            for (int j = rank; j < n; j++) matrix[i * n + j] -= part * matrix[rank * n + j];
+            for (int c = 0; c < columns; c++)
+                right[i * columns + c] -= part * right[rank * columns + c];
+        }
+    }
+    for (int c = 0; c < columns; c++) {
+        double solved[LONGEST] = {0.0};
+        for (int i = rank - 1; i >= 0; i--) {
+            double sum = right[i * columns + c];
+            for (int j = i + 1; j < rank; j++) sum -= matrix[i * n + j] * solved[order[j]];
+            solved[order[i]] = sum / matrix[i * n + i];
+        }
+        for (int i = 0; i < n; i++) right[i * columns + c] = solved[i];
+    }
+    return rank;
+}
+
+/* Replace columns of generalized forces, NV by `columns`, by the accelerations they cause. */
+static void by_mass(const Terms *k, int columns, double *forces)
+{
+    double mass[NV * NV];
+    memcpy(mass, k->mass, sizeof mass);
+    eliminate(NV, columns, mass, forces);
+}
+
+static double along(const double *a, const double *b)
+{
+    double sum = 0.0;
+    for (int i = 0; i < NV; i++) sum += a[i] * b[i];
+    return sum;
+}
+
+static double within(const double *a, const double *b)
+{
+    double sum = 0.0;
+    for (int i = 0; i < NV; i++) sum += fabs(a[i] * b[i]);
+    return sum;
+}
+
+/* Find accelerations and forces in a mode; return whether rigid bodies determine them. */
+static bool solve_mode(const Terms *k, const Drive *drive, const double *mode, Solved *solved)
+{
+    int rows[ROWS], held = 0;
+    double known[ROWS] = {0.0}, share[ROWS][ROWS] = {{0.0}};
+    for (int e = 0; e < ELEMENTS; e++) {
+        const int press = normal[e], rub = tangent[e];
+        if (mode[e] == OPEN_ELEMENT) continue;
+        if (press >= 0 && elastic[e]) known[press] = drive->impact ? 0.0 : -k->stiffness[e] * k->gap[press];
+        else if (press >= 0) rows[held++] = press;
+        if (rub >= 0 && mode[e] == HELD) rows[held++] = rub;
+    }
+    for (int e = 0; e < ELEMENTS; e++) {
+        if (mode[e] != FORWARD && mode[e] != BACKWARD) continue;
+        const double friction = mode[e] == FORWARD ? -k->kinetic[e] : k->kinetic[e];
+        bool is_held = false;
+        for (int r = 0; r < held; r++) is_held = is_held || rows[r] == pressing[e];
+        if (pressing[e] < 0) known[tangent[e]] = friction;
+        else if (is_held) share[pressing[e]][tangent[e]] = friction;
+        else known[tangent[e]] = friction * known[pressing[e]];
+    }
+    double response[NV * (ROWS + 1)], system[ROWS * ROWS], force[ROWS], size[ROWS];
+    const int columns = held + 1;
+    for (int i = 0; i < NV; i++) {
+        double load = drive->load[i];
+        for (int r = 0; r < ROWS; r++) load += k->slopes[r][i] * known[r];
+        response[i * columns] = load;
+        for (int c = 0; c < held; c++) {
+            double sum = k->slopes[rows[c]][i];
+            for (int r = 0; r < ROWS; r++) sum += share[rows[c]][r] * k->slopes[r][i];
+            response[i * columns + 1 + c] = sum;
+        }
+    }
+    by_mass(k, columns, response);
+    /* rows in the metric of kinetic energy, so that pivots are comparable */
+    for (int r = 0; r < held; r++) {
+        double there[NV];
+        memcpy(there, k->slopes[rows[r]], sizeof there);
+        by_mass(k, 1, there);
+        size[r] = sqrt(along(k->slopes[rows[r]], there));
+        if (size[r] == 0.0) size[r] = 1.0;
+    }
+    double largest = 0.0;
+    for (int r = 0; r < held; r++) {
+        const double *slopes = k->slopes[rows[r]];
+        double free = 0.0;
+        for (int i = 0; i < NV; i++) free += slopes[i] * response[i * columns];
+        force[r] = (drive->wanted[rows[r]] - free) / size[r];
+        for (int c = 0; c < held; c++) {
+            double sum = 0.0, terms = 0.0;
+            for (int i = 0; i < NV; i++) {
+                sum += slopes[i] * response[i * columns + 1 + c];
+                terms += fabs(slopes[i] * response[i * columns + 1 + c]);
+            }
+            system[r * held + c] = sum / size[r] / size[c];
+            largest = fmax(largest, terms / size[r] / size[c]);
+        }
+    }
+    if (held == 1 && !(fabs(system[0]) > REDUNDANT * largest)) return false;
+    if (held && eliminate(held, 1, system, force) < held) return false;
+    for (int i = 0; i < NV; i++) {
+        solved->a[i] = response[i * columns];
+        for (int c = 0; c < held; c++)
+            solved->a[i] += response[i * columns + 1 + c] * force[c] / size[c];
+    }
+    memcpy(solved->force, known, sizeof known);
+    for (int c = 0; c < held; c++) {
+        solved->force[rows[c]] += force[c] / size[c];
+        for (int r = 0; r < ROWS; r++) solved->force[r] += share[rows[c]][r] * force[c] / size[c];
+    }
+    for (int r = 0; r < held; r++) {
+        /* a coordinate that sticks does not creep, not even by rounding */
+        int entries = 0, last = 0;
+        for (int i = 0; i < NV; i++)
+            if (k->slopes[rows[r]][i] != 0.0) entries++, last = i;
+        if (entries == 1) solved->a[last] = drive->wanted[rows[r]] / k->slopes[rows[r]][last];
+    }
+    memcpy(solved->mode, mode, sizeof solved->mode);
+    return true;
+}
+
+static Drive accelerate(const Terms *k)
+{
+    Drive drive = {false, {0.0}, {0.0}, {0.0}, {0.0}};
+    memcpy(drive.load, k->load, sizeof drive.load);
+    memcpy(drive.sticking, k->sticking, sizeof drive.sticking);
+    memcpy(drive.holds, k->holds, sizeof drive.holds);
+    for (int r = 0; r < ROWS; r++) drive.wanted[r] = -k->gamma[r];
+    return drive;
+}
+
+/* Newton's law: the rate of a gap after an impact is −e times that before, if bodies approach. */
+static Drive bounce(const Terms *k)
+{
+    Drive drive = {true, {0.0}, {0.0}, {0.0}, {0.0}};
+    memcpy(drive.sticking, k->kinetic, sizeof drive.sticking);
+    for (int r = 0; r < ROWS; r++) drive.wanted[r] = -k->rate[r];
+    for (int e = 0; e < ELEMENTS; e++)
+        if (struck[e]) drive.wanted[normal[e]] -= k->restitution[e] * fmin(k->rate[normal[e]], 0.0);
+    return drive;
+}
+
+static void rates(double t, const double *y, const double *p, double *out)
+{
+    Terms k;
+    Solved solved;
+    know(t, y, p, &k);
+    const Drive drive = accelerate(&k);
+    memcpy(out, k.first, sizeof k.first);
+    const bool known = solve_mode(&k, &drive, p + MODE, &solved);
+    for (int i = 0; i < NV; i++) out[NQ + i] = known ? solved.a[i] : NAN;
+}
+
+/*
+ * Find what each element has left in its state, two numbers: its gap or what presses; the reserve of
+ * static friction or the speed of slip; 1 where there is none. Gaps and slips are those of the state,
+ * or what the rows gain by at a corner.
+ */
+static void find_left(const Drive *drive, const Solved *solved, const double *gap,
+                      const double *slip, double *left)
+{
+    for (int e = 0; e < ELEMENTS; e++) {
+        const int press = normal[e], rub = tangent[e];
+        const double state = solved->mode[e], *force = solved->force;
+        left[2 * e] = left[2 * e + 1] = 1.0;
+        if (press >= 0 && (state == OPEN_ELEMENT || elastic[e])) {
+            left[2 * e] = state == OPEN_ELEMENT ? gap[press] : -gap[press];
+            continue;
+        }
+        if (press >= 0) left[2 * e] = force[press] + drive->holds[e];
+        if (rub < 0) continue;
+        if (state == HELD)
+            left[2 * e + 1] = drive->sticking[e] * (pressing[e] < 0 ? 1.0 : force[pressing[e]])
+                              - fabs(force[rub]);
+        if (state == FORWARD) left[2 * e + 1] = slip[rub];
+        if (state == BACKWARD) left[2 * e + 1] = -slip[rub];
+    }
+}
+
+/* Find what each element has left, more than its rounding. */
+static void give_margins(double t, const double *y, const double *p, double *out)
+{
+    Terms k;
+    Solved solved;
+    double load = 0.0;
+    know(t, y, p, &k);
+    const Drive drive = accelerate(&k);
+    if (!solve_mode(&k, &drive, p + MODE, &solved)) {
+        for (int j = 0; j < 2 * ELEMENTS; j++) out[j] = NAN;
+        return;
+    }
+    find_left(&drive, &solved, k.gap, k.rate, out);
+    for (int i = 0; i < NV; i++) load = fmax(load, fabs(k.load[i]));
+    const double pull = DEAD * load + LEAST_MARGIN;
+    for (int e = 0; e < ELEMENTS; e++) {
+        if (normal[e] >= 0 && p[MODE + e] == OPEN_ELEMENT) out[2 * e] += EVEN * LENGTH;
+        else if (!elastic[e]) out[2 * e] += pull;
+        if (tangent[e] >= 0 && p[MODE + e] == HELD) out[2 * e + 1] += pull;
+    }
+}
+
+static void give_states(double t, const double *y, const double *p, double *out)
+{
+    (void)t; (void)y;
+    memcpy(out, p + MODE, ELEMENTS * sizeof *out);
+}
+
+/* on the rows that are held ------------------------------------------------------------------- */
+
+/* The rows that a mode holds; return their number. */
+static int list_held(const double *mode, int *rows)
+{
+    int held = 0;
+    for (int e = 0; e < ELEMENTS; e++) {
+        if (struck[e] && mode[e] != OPEN_ELEMENT) rows[held++] = normal[e];
+        if (tangent[e] >= 0 && mode[e] == HELD) rows[held++] = tangent[e];
+    }
+    return held;
+}
+
+/* Find the least change, by kinetic energy, that takes away amounts along rows. */
+static void take_away(const Terms *k, int held, const int *rows, const double *amounts, double *change)
+{
+    double response[NV * (ROWS + 1)], system[ROWS * ROWS], part[ROWS];
+    for (int c = 0; c < held; c++)
+        for (int i = 0; i < NV; i++) response[i * held + c] = k->slopes[rows[c]][i];
+    by_mass(k, held, response);
+    for (int r = 0; r < held; r++) {
+        part[r] = -amounts[r];
+        for (int c = 0; c < held; c++) {
+            system[r * held + c] = 0.0;
+            for (int i = 0; i < NV; i++)
+                system[r * held + c] += k->slopes[rows[r]][i] * response[i * held + c];
+        }
+    }
+    eliminate(held, 1, system, part);
+    for (int i = 0; i < NV; i++) {
+        change[i] = 0.0;
+        for (int c = 0; c < held; c++) change[i] += response[i * held + c] * part[c];
+    }
+}
+
+/* Bring gaps of some rows to zero. */
+static void close_gaps(double t, double *y, const double *p, int held, const int *rows)
+{
+    for (int sweep = 0; sweep < 4; sweep++) {
+        Terms k, there;
+        int closed = 0, some[ROWS];
+        double gaps[ROWS], way[NV], moved[N], still[N];
+        know(t, y, p, &k);
+        for (int r = 0; r < held; r++) {
+            if (!positional[rows[r]]) continue;
+            gaps[closed] = k.gap[rows[r]];
+            some[closed++] = rows[r];
+        }
+        if (!closed) return;
+        take_away(&k, closed, some, gaps, way);
+        memcpy(moved, y, sizeof moved);
+        memcpy(still, y, sizeof still);
+        for (int i = 0; i < NV; i++) moved[NQ + i] = way[i], still[NQ + i] = 0.0;
+        know(t, moved, p, &there);
+        know(t, still, p, &k);
+        for (int i = 0; i < NQ; i++) y[i] += there.first[i] - k.first[i];
+        land(t, y, p, CLOSED);
+    }
+}
+
+/* Bring a state on some rows, then their rates to zero. */
+static void project(double t, double *y, const double *p, int held, const int *rows)
+{
+    Terms k;
+    double amounts[ROWS], change[NV];
+    if (!held) return;
+    close_gaps(t, y, p, held, rows);
+    know(t, y, p, &k);
+    for (int r = 0; r < held; r++) amounts[r] = k.rate[rows[r]];
+    take_away(&k, held, rows, amounts, change);
+    for (int i = 0; i < NV; i++) y[NQ + i] += change[i];
+}
+
+/* which mode follows -------------------------------------------------------------------------- */
+
+/* Return the speed below which the rate of a row is rounding. */
+static double still_speed(const Terms *k, const double *v)
+{
+    double free[NV], usual = 0.0, most = 0.0;
+    memcpy(free, k->load, sizeof free);
+    by_mass(k, 1, free);
+    for (int r = 0; r < ROWS; r++) {
+        most = fmax(most, within(k->slopes[r], v) + fabs(k->rate[r] - along(k->slopes[r], v)));
+        usual = fmax(usual, within(k->slopes[r], free));
+    }
+    return STILL * fmax(sqrt(LENGTH * usual), most) + 1e-300;
+}
+
+/* Return whether what a mode presupposes is so: of elements that are near and open the gap must not
+ * shrink, of those whose slip begins it must grow. */
+static bool is_sound(const Terms *k, const Drive *drive, const Solved *solved, const bool *near,
+                     const bool *beginning, double still)
+{
+    double free[NV], moved[NV], gained[ROWS], size[ROWS], left[2 * ELEMENTS];
+    double pull = 0.0, load = 0.0, longest = 0.0;
+    memcpy(free, drive->load, sizeof free);
+    by_mass(k, 1, free);
+    for (int i = 0; i < NV; i++) {
+        moved[i] = fabs(solved->a[i]) + fabs(free[i]);
+        load = fmax(load, fabs(drive->load[i]));
+    }
+    for (int r = 0; r < ROWS; r++) {
+        gained[r] = along(k->slopes[r], solved->a) - drive->wanted[r];
+        size[r] = SLACK * (within(k->slopes[r], moved) + fabs(drive->wanted[r]) + still);
+        pull = fmax(pull, fabs(solved->force[r]));
+        for (int i = 0; i < NV; i++) longest = fmax(longest, fabs(k->slopes[r][i]));
+    }
+    pull = SLACK * (pull + (longest > 0.0 ? load / longest : 0.0));
+    find_left(drive, solved, gained, gained, left);
+    for (int e = 0; e < ELEMENTS; e++) {
+        const double state = solved->mode[e];
+        if (elastic[e]) continue;
+        if (normal[e] >= 0 && state == OPEN_ELEMENT) {
+            if (near[e] && left[2 * e] < -size[normal[e]]) return false;
+            continue;
+        }
+        const bool slips = state == FORWARD || state == BACKWARD;
+        if (slips && beginning[e] && left[2 * e + 1] < -size[tangent[e]]) return false;
+        if (normal[e] >= 0 && left[2 * e] < -pull) return false;
+        if (tangent[e] >= 0 && state == HELD && left[2 * e + 1] < -pull) return false;
+    }
+    return true;
+}
+
+/* Return whether two solutions have the same accelerations or velocities. */
+static bool is_same(const double *a, const double *b, const double *free, double still)
+{
+    double apart = 0.0, size = 0.0, most = 0.0;
+    for (int i = 0; i < NV; i++) {
+        apart = fmax(apart, fabs(a[i] - b[i]));
+        size = fmax(size, fmax(fabs(a[i]), fabs(b[i])));
+        most = fmax(most, fabs(free[i]));
+    }
+    return apart <= SAME_ANSWER * (size + most) + still;
+}
+
+/* Return whether a rival leaves a mode out: what can stick sticks, and latches keep closed. */
+static bool yields_to(const Terms *k, const Solved *solved, const Solved *rival)
+{
+    bool differs = false;
+    for (int e = 0; e < ELEMENTS; e++) {
+        const double state = solved->mode[e], other = rival->mode[e];
+        if (state == other) continue;
+        differs = true;
+        const bool slips = state == FORWARD || state == BACKWARD;
+        const bool sticks = other == HELD && tangent[e] >= 0 && slips && k->sticking[e] > k->kinetic[e];
+        const bool latched = other == HELD && tangent[e] < 0 && k->holds[e] > 0.0;
+        if (!sticks && !latched) return false;
+    }
+    return differs;
+}
+
+/*
+ * Find every mode of the states allowed of each element, bit by bit, whose conditions are met; return
+ * how many have different solutions.
+ */
+static int solve_all(const Terms *k, const Drive *drive, const int *allowed, const bool *near,
+                     const bool *beginning, double still, Solved *kept)
+{
+    Solved sound[MOST_FOLLOWING];
+    double mode[ELEMENTS], free[NV];
+    int number = 0, count = 0;
+    long modes = 1;
+    for (int e = 0; e < ELEMENTS; e++) modes *= 4;
+    for (long code = 0; code < modes; code++) {
+        bool tried = true;
+        long rest = code;
+        for (int e = 0; e < ELEMENTS; e++, rest /= 4) {
+            mode[e] = (double)(rest % 4);
+            tried = tried && (allowed[e] >> (rest % 4) & 1);
+        }
+        if (!tried || number == MOST_FOLLOWING) continue;
+        if (solve_mode(k, drive, mode, sound + number)
+            && is_sound(k, drive, sound + number, near, beginning, still))
+            number++;
+    }
+    memcpy(free, drive->load, sizeof free);
+    by_mass(k, 1, free);
+    for (int i = 0; i < number; i++) {
+        bool wanted = true;
+        for (int j = 0; j < number && !drive->impact; j++)
+            wanted = wanted && !(j != i && yields_to(k, sound + i, sound + j));
+        for (int j = 0; j < count; j++)
+            wanted = wanted && !is_same(sound[i].a, kept[j].a, free, drive->impact ? still : 0.0);
+        if (wanted) kept[count++] = sound[i];
+    }
+    return count;
+}
+
+static int candidates(const Terms *k, int e, bool touches, double still)
+{
+    const int press = normal[e], rub = tangent[e];
+    if (elastic[e]) {
+        const bool inside = k->gap[press] < 0.0 || (touches && k->rate[press] < 0.0);
+        return 1 << (inside ? HELD : OPEN_ELEMENT);
+    }
+    if (press >= 0 && (!touches || k->rate[press] > still)) return 1 << OPEN_ELEMENT;
+    const int apart = press >= 0 ? 1 << OPEN_ELEMENT : 0;
+    if (rub < 0) return apart | 1 << HELD;
+    if (fabs(k->rate[rub]) > still)
+        return apart | 1 << (k->rate[rub] > 0.0 ? FORWARD : BACKWARD);
+    return apart | 1 << HELD | 1 << FORWARD | 1 << BACKWARD;
+}
+
+static bool is_touching(const Terms *k, int e, double state)
+{
+    if (!struck[e]) return state != OPEN_ELEMENT && normal[e] >= 0;
+    return state != OPEN_ELEMENT || k->gap[normal[e]] <= CLOSED_GAP * LENGTH;
+}
+
+/* Strike the contacts that touch, together or in turn; return how many solutions there are. */
+static int impact(double t, double *y, const double *p, const bool *touching, double still)
+{
+    bool turns = false;
+    for (int e = 0; e < ELEMENTS; e++) turns = turns || (touching[e] && struck[e] && in_turn[e]);
+    for (int round = 0; round < MOST_IN_TURN; round++) {
+        Terms k;
+        Solved kept[MOST_FOLLOWING];
+        bool near[ELEMENTS];
+        int allowed[ELEMENTS], fastest = -1;
+        know(t, y, p, &k);
+        for (int e = 0; e < ELEMENTS; e++)
+            if (touching[e] && struck[e]
+                && (fastest < 0 || k.rate[normal[e]] < k.rate[normal[fastest]]))
+                fastest = e;
+        if (fastest < 0 || k.rate[normal[fastest]] >= -still) return 1;
+        for (int e = 0; e < ELEMENTS; e++) {
+            near[e] = turns ? e == fastest : touching[e] && struck[e];
+            allowed[e] = 1 << OPEN_ELEMENT;
+            if (near[e]) allowed[e] |= 1 << HELD;
+            if (near[e] && tangent[e] >= 0) allowed[e] |= 1 << FORWARD | 1 << BACKWARD;
+        }
+        const Drive drive = bounce(&k);
+        const int count = solve_all(&k, &drive, allowed, near, near, still, kept);
+        if (count != 1) return count;
+        for (int i = 0; i < NV; i++) y[NQ + i] += kept[0].a[i];
+        if (!turns) return 1;
+    }
+    return 0;
+}
+
+/* Take away the rates of contacts whose bounces are over: those left stay below `lowest`. */
+static void rest(double t, double *y, const double *p, const bool *impacting, double still,
+                 double lowest)
+{
+    Terms k;
+    Solved solved;
+    double mode[ELEMENTS], change[NV], amounts[ROWS];
+    int ended = 0, rows[ROWS];
+    know(t, y, p, &k);
+    for (int e = 0; e < ELEMENTS; e++) mode[e] = normal[e] >= 0 ? OPEN_ELEMENT : p[MODE + e];
+    const Drive drive = accelerate(&k);
+    if (!solve_mode(&k, &drive, mode, &solved)) return;
+    for (int e = 0; e < ELEMENTS; e++) {
+        if (!impacting[e]) continue;
+        const double part = k.restitution[e], speed = k.rate[normal[e]];
+        const double fall = -along(k.slopes[normal[e]], solved.a) - k.gamma[normal[e]];
+        if (!(part > 0.0 && part < 1.0 && speed > still && fall > 0.0)) continue;
+        if (speed * speed / (2.0 * fall) > lowest) continue;
+        amounts[ended] = speed;
+        rows[ended++] = normal[e];
+    }
+    if (!ended) return;
+    take_away(&k, ended, rows, amounts, change);
+    for (int i = 0; i < NV; i++) y[NQ + i] += change[i];
+}
+
+/*
+ * Resolve impacts, then choose the mode that follows; return whether there is one, and say why not.
+ * `forbidden` has the states of each element that end here, bit by bit; bounces that stay below
+ * `lowest` [m] are over.
+ */
+static bool change(double t, double *y, double *p, bool *touching, const int *forbidden,
+                   double lowest, char *words)
+{
+    Terms k;
+    Solved kept[MOST_FOLLOWING];
+    bool impacting[ELEMENTS], near[ELEMENTS], beginning[ELEMENTS], strikes = false;
+    int allowed[ELEMENTS], rows[ROWS], met = 0;
+    know(t, y, p, &k);
+    double still = still_speed(&k, y + NQ);
+    for (int e = 0; e < ELEMENTS; e++) {
+        impacting[e] = touching[e] && struck[e] && k.rate[normal[e]] < -still;
+        if (impacting[e]) rows[met++] = normal[e], strikes = true;
+    }
+    if (strikes) {
+        double before[NV];
+        /* an importing tool finds the corner by its own tolerance, a little late */
+        close_gaps(t, y, p, met, rows);
+        memcpy(before, y + NQ, sizeof before);
+        const int count = impact(t, y, p, touching, still);
+        if (count != 1) {
+            snprintf(words, SENTENCE, "%d velocities follow after an impact at t = %.9g s, where one "
+                     "is expected", count, t);
+            return false;
+        }
+        rest(t, y, p, impacting, still, lowest);
+        for (int i = 0; i < NV; i++) before[i] = fmax(fabs(before[i]), fabs(y[NQ + i]));
+        know(t, y, p, &k);
+        still = still_speed(&k, before);
+    }
+    for (int e = 0; e < ELEMENTS; e++) {
+        const int press = normal[e], rub = tangent[e];
+        allowed[e] = candidates(&k, e, touching[e], still) & ~forbidden[e];
+        near[e] = touching[e] && struck[e] && k.rate[press] <= still;
+        beginning[e] = rub < 0 || fabs(k.rate[rub]) <= still;
+    }
+    const Drive drive = accelerate(&k);
+    int count = solve_all(&k, &drive, allowed, near, beginning, 0.0, kept);
+    if (count == 0 && lowest > LAST_BOUNCE * LENGTH) {
+        /* an importing tool finds the corner a little early as well: the mode goes on for now */
+        for (int e = 0; e < ELEMENTS; e++) allowed[e] = candidates(&k, e, touching[e], still);
+        count = solve_all(&k, &drive, allowed, near, beginning, 0.0, kept);
+    }
+    if (count != 1) {
+        snprintf(words, SENTENCE, "%d modes that rigid bodies determine follow at t = %.9g s, where "
+                 "one is expected (Painleve)", count, t);
+        return false;
+    }
+    memcpy(p + MODE, kept[0].mode, sizeof kept[0].mode);
+    project(t, y, p, list_held(p + MODE, rows), rows);
+    return true;
+}
+
+static bool begin(double t, double *y, double *p, double lowest, char *words)
+{
+    Terms k;
+    bool touching[ELEMENTS];
+    const int none[ELEMENTS] = {0};
+    know(t, y, p, &k);
+    for (int e = 0; e < ELEMENTS; e++) {
+        if (struck[e] && k.gap[normal[e]] < -CLOSED_GAP * LENGTH) {
+            snprintf(words, SENTENCE, "%s starts with its bodies one within the other, by %.3g",
+                     name[e], -k.gap[normal[e]]);
+            return false;
+        }
+        touching[e] = is_touching(&k, e, OPEN_ELEMENT);
+        p[MODE + e] = normal[e] >= 0 ? OPEN_ELEMENT : HELD;
+    }
+    return change(t, y, p, touching, none, lowest, words);
+}
+
+/* Switch where margin j of a state has passed zero. */
+static bool switch_at(double t, double *y, double *p, int j, double lowest, char *words)
+{
+    Terms k;
+    const int e = j / 2, which = j % 2;
+    const double state = p[MODE + e];
+    bool touching[ELEMENTS];
+    int forbidden[ELEMENTS] = {0}, rows[ROWS];
+    know(t, y, p, &k);
+    for (int i = 0; i < ELEMENTS; i++) touching[i] = is_touching(&k, i, p[MODE + i]);
+    if (which == 1 && state != HELD) {
+        /* the slip, which is zero to rounding, is zero */
+        double mode[ELEMENTS];
+        memcpy(mode, p + MODE, sizeof mode);
+        mode[e] = HELD;
+        project(t, y, p, list_held(mode, rows), rows);
+    }
+    if (which == 0) touching[e] = state == OPEN_ELEMENT || struck[e];
+    if (which == 1 && state == HELD) forbidden[e] = 1 << HELD;
+    if (which == 0 && state != OPEN_ELEMENT && struck[e]) forbidden[e] = ~(1 << OPEN_ELEMENT);
+    return change(t, y, p, touching, forbidden, lowest, words);
+}
+
+/* in co-simulation ---------------------------------------------------------------------------- */
+
+enum { LOOKS = 4, HALVINGS = 60, CORNER = 100 };
+
+/* The state at a time within a step from y. */
+static void follow(double from, const double *y, const double *p, double t, double *out)
+{
+    double k[STAGES][N], last[N];
+    if (t == from) {
+        memcpy(out, y, N * sizeof *out);
+        return;
+    }
+    rates(from, y, p, k[0]);
+    step(from, y, p, t - from, k, last, out, 0);
+    land(t, out, p, CLOSED);
+}
+
+static double margin_at(double from, const double *y, const double *p, double t, int j)
+{
+    double state[N], left[2 * ELEMENTS];
+    follow(from, y, p, t, state);
+    give_margins(t, state, p, left);
+    return left[j];
+}
+
+/*
+ * Find the first corner within a step from y; return the margin that passes zero there, or −1. Just
+ * after a corner a margin may be zero to rounding: it passes zero if it has left it before.
+ */
+static int find_corner(double from, double to, const double *y, const double *p, double *before,
+                       double *when)
+{
+    double low = from;
+    for (int look = 1; look <= LOOKS; look++) {
+        const double high = look == LOOKS ? to : from + (to - from) * look / LOOKS;
+        double state[N], left[2 * ELEMENTS];
+        int first = -1;
+        follow(from, y, p, high, state);
+        give_margins(high, state, p, left);
+        for (int j = 0; j < 2 * ELEMENTS; j++) {
+            if (!(left[j] < 0.0)) continue;
+            double begun = low, width = high - low;
+            bool leaves = before[j] > 0.0;
+            for (int s = 0; s < HALVINGS && !leaves; s++) {
+                width *= 0.5;
+                begun = low + width;
+                leaves = margin_at(from, y, p, begun, j) > 0.0;
+            }
+            if (!leaves) continue;
+            double inside = begun, outside = high;
+            for (int s = 0; s < HALVINGS; s++) {
+                const double middle = 0.5 * (inside + outside);
+                if (middle <= inside || middle >= outside) break;
+                if (margin_at(from, y, p, middle, j) < 0.0) outside = middle;
+                else inside = middle;
+            }
+            if (first < 0 || outside < *when) *when = outside, first = j;
+        }
+        if (first >= 0) return first;
+        memcpy(before, left, sizeof left);
+        low = high;
+    }
+    return -1;
+}
+
+/* As march, from corner to corner; CORNER if no mode follows at one, and why. */
+static int march_on(Motion *m, double *p, double *y, char *words)
+{
+    Notes none = {0, 0, NULL, NULL, NULL};
+    Samples samples = {0, 0, NULL, NULL};
+    double before[2 * ELEMENTS], start[N], passed = NAN;
+    int rows[ROWS], at_once = 0, reason = END;
+    for (int j = 0; j < 2 * ELEMENTS; j++) {
+        /* inputs may have jumped */
+        give_margins(m->t, y, p, before);
+        if (before[j] < 0.0 && !switch_at(m->t, y, p, j, LAST_BOUNCE * LENGTH, words)) return CORNER;
+    }
+    give_margins(m->t, y, p, before);
+    while (m->t < m->end) {
+        const double from = m->t;
+        memcpy(start, y, sizeof start);
+        m->most = m->steps + 1;
+        m->at_limit = 0;        /* stiff motions are also computed correctly, though slowly */
+        reason = march(m, p, y, &none, &samples);
+        if (reason != END && reason != MANY && reason != STIFF) return reason;
+        double when = m->t;
+        const int j = find_corner(from, m->t, start, p, before, &when);
+        if (j < 0) {
+            project(m->t, y, p, list_held(p + MODE, rows), rows);
+            continue;
+        }
+        follow(from, start, p, when, y);
+        at_once = when == passed ? at_once + 1 : 0;
+        passed = when;
+        m->t = when;
+        m->h = 0.0;
+        if (at_once > MOST_AT_ONCE) {
+            snprintf(words, SENTENCE, "%s switches without end at t = %.9g s", name[j / 2], when);
+            return CORNER;
+        }
+        if (!switch_at(when, y, p, j, LAST_BOUNCE * LENGTH, words)) return CORNER;
+        give_margins(m->t, y, p, before);
+    }
+    return END;
+}
+
+/* Return how far a state has strayed from the rows that are held, in characteristic lengths. */
+static double creep(double t, const double *y, const double *p)
+{
+    Terms k;
+    int rows[ROWS];
+    double worst = 0.0;
+    know(t, y, p, &k);
+    const int held = list_held(p + MODE, rows);
+    for (int r = 0; r < held; r++) {
+        worst = fmax(worst, fabs(k.rate[rows[r]]) / LENGTH);
+        if (positional[rows[r]]) worst = fmax(worst, fabs(k.gap[rows[r]]) / LENGTH);
+    }
+    return worst;
+}
+
+/* for tests: a mode's accelerations and forces, or the velocities after an impact and impulses --- */
+
+#ifdef _WIN32
+__declspec(dllexport)
+#else
+__attribute__((visibility("default")))
+#endif
+int mecanique_mode(double t, const double *y, const double *p, const double *mode, int strikes,
+                   double *out)
+{
+    Terms k;
+    Solved solved;
+    know(t, y, p, &k);
+    Drive drive = accelerate(&k);
+    if (strikes) {
+        drive = bounce(&k);
+        /* as if bodies approached */
+        for (int e = 0; e < ELEMENTS; e++)
+            if (struck[e]) drive.wanted[normal[e]] = -(1.0 + k.restitution[e]) * k.rate[normal[e]];
+    }
+    if (!solve_mode(&k, &drive, mode, &solved)) return 0;
+    for (int i = 0; i < NV; i++) out[i] = solved.a[i] + (strikes ? y[NQ + i] : 0.0);
+    memcpy(out + NV, solved.force, sizeof solved.force);
+    return 1;
+}
