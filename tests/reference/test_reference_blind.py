@@ -192,7 +192,8 @@ def test_the_direction_of_a_rod_is_the_less_certain_the_shorter_it_is(length: fl
 @pytest.mark.parametrize(("left", "given_up"), [(0.5, False), (0.99, False), (0.9999, True)])
 def test_a_search_that_gains_nothing_is_given_up(left: float, given_up: bool) -> None:
     """Steps that leave almost all of a gap count; a single one that gains is enough to go on."""
-    search, gap = _Search(np.array([0]), np.array([0])), np.array([1.0])
+    first, gap = np.array([0]), np.array([1.0])
+    search = _Search(first, first, np.array([True]))
     for _ in range(_PATIENCE + 1):
         taken = search.accept(gap, left * gap)
         gap = left * gap

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rolling_samples import bowl, g, r, wheel
+from scipy.spatial.transform import Rotation
 
 import mecanique as mq
 from mecanique import Mechanism, Placement, Rolling, contact_events, simulate, textbook
@@ -172,3 +173,23 @@ def test_the_friction_needed_is_that_of_the_motion_not_of_its_samples(samples: i
     normal, *friction = Holding(coin).forces(dense.t, dense.q, dense.v).values()
     ratio = np.linalg.norm(friction, axis=0) / normal
     assert need.coefficient == pytest.approx(ratio.max(), rel=1e-7)
+
+
+def test_a_wheel_far_from_its_plane_is_carried_to_it_and_not_laid_flat() -> None:
+    """Turned as easily as carried, this wheel came to lie flat, where no Newton's step closes."""
+    plane = Placement((-0.82215, 0.70329, 0.89254), (1.02656, 2.65253, -2.17706))
+    contact = Rolling("c", "body", 0.0556848, plane=plane)
+    thin = mq.disk(1.0, 0.0556848).at(rpy=(math.pi / 2, 0.0, 0.0))
+    free = Mechanism(
+        "wheel",
+        (mq.Body("ground"), mq.Body("body", thin)),
+        (mq.Floating("free", "ground", "body"),),
+        contacts=(contact,),
+    )
+    q = mq.assemble(free)
+    normal = Rotation.from_euler("xyz", plane.rpy).apply([0.0, 0.0, 1.0])
+    axle = Rotation.from_quat(q[3:]).apply([0.0, 1.0, 0.0])
+    lean = np.linalg.norm(np.cross(normal, axle))
+    assert lean > 0.3
+    height = normal @ (q[:3] - np.array(plane.xyz))
+    assert height == pytest.approx(contact.radius * lean, rel=1e-9, abs=0)

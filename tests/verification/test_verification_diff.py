@@ -269,3 +269,10 @@ def test_another_coordinate_is_another_law_of_the_joint() -> None:
     )
     assert absolute.coordinates.driven["theta2"] == q2 - q1
     assert mq.diff(relative, relative).same
+
+
+def test_another_kind_of_joint_is_told_before_anything_else_about_it() -> None:
+    changes = changed(
+        '<joint name="elbow" type="revolute">', '<joint name="elbow" type="prismatic">'
+    )
+    assert [str(change) for change in changes] == ["joint 'elbow': type revolute → prismatic"]

@@ -71,9 +71,14 @@ def characteristic_length(mechanism: Mechanism, among: Collection[str] | None = 
 
 def velocity_scales(mechanism: Mechanism, lengths: np.ndarray | None = None) -> np.ndarray:
     """Return the unit of each velocity, shape (nv,): a length, or one radian; lengths (nv,)."""
-    linear = {name for joint in mechanism.joints for name in joint.linear_velocities}
-    is_linear = [name in linear for name in mechanism.velocities]
-    return np.where(is_linear, characteristic_length(mechanism) if lengths is None else lengths, 1)
+    length = characteristic_length(mechanism) if lengths is None else lengths
+    return np.where(turns(mechanism), 1, length)
+
+
+def turns(mechanism: Mechanism) -> np.ndarray:
+    """Return which velocities are angular, shape (nv,)."""
+    linear = [name for joint in mechanism.joints for name in joint.linear_velocities]
+    return ~np.isin(mechanism.velocities, linear)
 
 
 def per_second(unit: str) -> str:

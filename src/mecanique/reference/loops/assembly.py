@@ -142,6 +142,7 @@ class _Search:
 
     rows: npt.NDArray[np.intp]  # indices of the part's constraints
     at: npt.NDArray[np.intp]  # indices of its velocities
+    turning: npt.NDArray[np.bool_]  # which of them are angular
     damping: float = 1e-3  # damping of the next step, as a part of the largest singular value
     stuck: int = 0  # number of successive steps that gained almost nothing
     over: bool = False  # whether the search has been given up
@@ -153,9 +154,12 @@ class _Search:
 
     def step(self, J: Array, gaps: Array, rounding: Array) -> Array:
         """Return the next step, scaled."""
-        damping = None if self._widest(gaps) < _NEAR else self.damping
-        J = J[np.ix_(self.rows, self.at)]
-        return _damped_step(J, gaps[self.rows], damping, rounding[self.rows])
+        widest = self._widest(gaps)
+        damping = None if widest < _NEAR else self.damping
+        # from afar a body is carried rather than turned: a wheel would come to lie flat
+        ease = np.where(self.turning, 1.0, max(1.0, widest))
+        J = J[np.ix_(self.rows, self.at)] * ease
+        return ease * _damped_step(J, gaps[self.rows], damping, rounding[self.rows])
 
     def accept(self, gaps: Array, trial: Array) -> bool:
         """Return whether to take a step, and set the damping of the next."""
@@ -185,7 +189,8 @@ def settle(closed: Closed, q: Array, t: float, held: Array | None = None) -> tup
     for k in range(parts.count):
         moving = np.flatnonzero(parts.columns == k)
         if free[moving].any():
-            searches.append(_Search(np.flatnonzero((parts.rows == k) & positional), moving))
+            rows = np.flatnonzero((parts.rows == k) & positional)
+            searches.append(_Search(rows, moving, closures.turning[moving]))
     gaps, here = _gaps(closed, q, t), closures.slopes(q, t)
     for _ in range(_STEPS):
         searches = [search for search in searches if not search.is_over(gaps)]

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from mecanique.arrays import Array
 from mecanique.model.constraints.loops import CLOSED
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.mechanism_units import characteristic_length, velocity_scales
+from mecanique.model.mechanism_units import characteristic_length, turns, velocity_scales
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.load import EngineModel
 from mecanique.reference.engine.package import engine_package
@@ -266,6 +266,7 @@ class Closures:
         around = np.append(lengths, self.length)  # the last, at −1, for velocities outside loops
         self.columns: Array = velocity_scales(mechanism, around[self.parts.columns])
         """Units of the velocities, shape (nv,): the characteristic length, or one radian."""
+        self.turning = turns(mechanism)
         self._u: Array = np.zeros(engine.model.nv)
         self._places: Array = np.zeros((len(self.ends), 3))
         self._state: tuple[Array, Array, float] = (
