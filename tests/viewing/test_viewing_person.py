@@ -143,7 +143,7 @@ def test_every_position_of_rest_is_offered_with_its_stability(person: Person) ->
     for k in range(4):
         person.click(f"document.querySelectorAll('#rests button')[{k}]")
         at = person.js(f"{by('modes-told')}.textContent")
-        assert at.startswith(f"At rest where {rests[k].rpartition(':')[0]}.")
+        assert at.startswith(f"At rest where {rests[k]}.")
 
 
 def test_everything_that_can_be_used_is_used(person: Person) -> None:

@@ -54,6 +54,10 @@ directions are told apart by angles of textbook size, not by rounding."""
 EXPLAINED = 1e-6
 """Elements describe a guide if they leave no more than this part of its unit forces."""
 
+OPPOSITE = 1e-26
+"""Square of |z + n| below which the normal of a sphere counts as opposite to its plane's: unit
+vectors are rounded to 1e-16, a thousandth of the root."""
+
 DEFINITE = 1e-6
 """Least eigenvalue of a definite form, as a part of the largest second derivative."""
 

@@ -15,7 +15,8 @@ const machine = new Machine(engine, globalThis.mecaniqueProgram);
 const setting = machine.initial();
 const small = new SmallMotions(machine, setting);
 const { rests } = [...small.search(machine.begin(setting), spans, turns)].at(-1);
-const found = rests.map(({ y, modes }) => ({
+const found = rests.map(({ y, modes, unstable }) => ({
+  stable: !unstable,
   q: [...y.subarray(0, machine.nq)],
   squares: modes.map(({ square }) => square),
 }));

@@ -8,7 +8,7 @@ import { assets } from "./pages.js";
 const load = (name) => import(new URL(`${name}.js`, assets));
 const { Bench, readFragment, writeFragment } = await load("engine/bench");
 const { Machine } = await load("engine/machine");
-const { SmallMotions, eigen } = await load("engine/modes");
+const { SmallMotions, eigen, isUnstable } = await load("engine/modes");
 const { Section, describeSwing } = await load("engine/section");
 const { Pull } = await load("engine/pull");
 const { exaggerate } = await load("picture/exaggeration");
@@ -76,6 +76,53 @@ test("eigenvalues and eigenvectors of a symmetric matrix", () => {
       ),
     );
   });
+});
+
+test("what grows is told from what sways, dies out or goes away steadily", () => {
+  const none = [[0]];
+  const grows = [
+    [[[-1e-2]], none, none],
+    [[[1]], [[-1e-3]], none], // driven by its own motion
+    [[[1]], none, [[-1e-3]]],
+    // flutter: ω⁴ − 2 ω² + 1 + 0.01 = 0
+    [
+      [
+        [1, 0.1],
+        [-0.1, 1],
+      ],
+      [
+        [0, 0],
+        [0, 0],
+      ],
+      [
+        [0, 0],
+        [0, 0],
+      ],
+    ],
+  ];
+  for (const [K, R, C] of grows) assert.equal(isUnstable(K, R, C), true);
+  const stays = [
+    [[[1]], none, none],
+    [[[100]], [[1e-3]], none],
+    [none, none, none], // free: it goes on steadily
+    [none, [[2]], none],
+    // a top that spins fast sleeps: ω² ± 3 ω + 1 = 0
+    [
+      [
+        [-1, 0],
+        [0, -1],
+      ],
+      [
+        [0, 3],
+        [-3, 0],
+      ],
+      [
+        [0, 0],
+        [0, 0],
+      ],
+    ],
+  ];
+  for (const [K, R, C] of stays) assert.equal(isUnstable(K, R, C), false);
 });
 
 test("a block on a spring rests at zero and has its natural frequency and damping", () => {

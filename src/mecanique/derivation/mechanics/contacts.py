@@ -17,6 +17,7 @@ from mecanique.derivation.mechanics.elements import Ground
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.recursion import TreeRecursion, World
 from mecanique.derivation.mechanics.vectors import Triple, add, apply, dot, scale
+from mecanique.derivation.tolerances import OPPOSITE
 from mecanique.model.constraints.contacts import Blade, Contact, Rolling
 from mecanique.model.constraints.velocity_constraints import VelocityConstraint
 from mecanique.model.mechanism import Mechanism
@@ -75,9 +76,11 @@ def _touch_sphere(
     d = scale(side, add(start, scale(bowl, z), scale(-1.0, hub)))
     length = ground.root(dot(d, d))
     n = [ground.ratio(c, length) for c in d]
-    # friction is along the plane's axes, turned with the normal the shortest way
-    between = [ground.ratio(c, 1.0 + dot(n, z)) for c in add(z, n)]
-    turned = [add(e, scale(-1.0 * dot(n, e), between)) for e in (x, y)]
+    # friction is along the plane's axes, turned with the normal the shortest way: as if reflected
+    # along z + n; opposite to z, where there is no shortest way, they stay as they are
+    s = add(z, n)
+    between = [ground.ratio(2.0 * c, dot(s, s) + OPPOSITE) for c in s]
+    turned = [add(e, scale(-1.0 * dot(s, e), between)) for e in (x, y)]
     return Touch(add(hub, scale(-1.0 * radius, n)), (n, *turned), bowl - side * length - radius)
 
 

@@ -16,6 +16,9 @@ const ASTRAY = 10; // starts of which only one leads to a rest, before the searc
 const SAME = 1e-5; // positions nearer than this are one
 const REACHED = 1e-4; // distance at which a free motion has come to another position
 const BETWEEN = 0.3; // of the way from one position to another, where no symmetry makes a third
+const INSTANT = 1 / 64; // part of the time of the fastest motion, after which its series is exact
+const DOUBLINGS = 26; // of this time, to a million
+const GROWING = 1e-4; // exponents of the largest: far above log t / t by then
 const RESTING = 1e-9; // of the accelerations that a push of the size of the forces would cause
 
 // Eigenvalues and eigenvectors (columns) of a symmetric matrix, by Jacobi's rotations.
@@ -62,6 +65,35 @@ const isAlike = (modes, others) => {
   const most = Math.max(...modes.map(({ square }) => Math.abs(square)), 1e-300);
   return modes.every(({ square }, k) => Math.abs(square - others[k].square) < 1e-4 * most);
 };
+
+const multiply = (A, B) =>
+  A.map((row) => B[0].map((_, j) => row.reduce((s, x, k) => s + x * B[k][j], 0)));
+
+// Whether η' = w − C η, w' = −K η − R w grows exponentially, by the powers 2ⁿ of a state's change in
+// a short time: what goes away steadily, as what is free to move does, grows like log t / t in this.
+export function isUnstable(K, R, C) {
+  const largest = (A) => Math.max(...A.flat().map(Math.abs), 1e-300);
+  const rate = Math.max(Math.sqrt(largest(K)), largest(R), largest(C));
+  const scaled = (row, factor) => row.map((x) => x * factor * INSTANT);
+  const unit = (n) => Array.from({ length: n }, (_, i) => [...Array(n)].map((__, j) => +(i === j)));
+  const A = [
+    ...unit(K.length).map((row, i) => [...scaled(C[i], -1 / rate), ...scaled(row, 1)]),
+    ...K.map((row, i) => [...scaled(row, -1 / rate ** 2), ...scaled(R[i], -1 / rate)]),
+  ];
+  let change = unit(A.length); // exp A by its series
+  for (let n = 5; n > 0; n--)
+    change = multiply(A, change).map((row, i) => row.map((x, j) => x / n + (i === j)));
+  let logarithm = 0;
+  let time = INSTANT;
+  for (let n = 0; n < DOUBLINGS; n++) {
+    const size = largest(change);
+    change = change.map((row) => row.map((x) => x / size));
+    change = multiply(change, change);
+    logarithm = 2 * (logarithm + Math.log(size));
+    time *= 2;
+  }
+  return (logarithm + Math.log(largest(change))) / time > GROWING;
+}
 
 const symmetric = (A) => A.map((row, i) => row.map((x, j) => (x + A[j][i]) / 2));
 const column = (A, k) => A.map((row) => row[k]);
@@ -154,10 +186,11 @@ export class SmallMotions {
     return { L: scaled(1), inverse: scaled(-1), rest };
   }
 
-  // −∂a along the directions, where states follow from x and a small step along it.
-  slopesAlong({ L, inverse }, change) {
+  // −∂a, or that of other rates, along the directions, where states follow from x and a small step
+  // along it.
+  slopesAlong({ L, inverse }, change, rates = (y) => this.accelerations(y)) {
     const columns = L.map((x) => {
-      const [a, b] = [SMALL, -SMALL].map((h) => this.accelerations(change(x, h)));
+      const [a, b] = [SMALL, -SMALL].map((h) => rates(change(x, h)));
       return a.map((each, i) => (b[i] - each) / (2 * SMALL));
     });
     return inverse.map((row) => columns.map((each) => dot(row, each)));
@@ -193,25 +226,30 @@ export class SmallMotions {
       const squares = eigen(columns.map((a) => columns.map((b) => dot(a, b))));
       const most = Math.sqrt(Math.max(...squares.values, 1e-300));
       if (size <= RESTING * most) return { y, at };
-      const eta = push.map(() => 0);
-      const go = (axis, step) => axis.forEach((x, i) => (eta[i] += step * x));
-      const free = (k) => Math.sqrt(Math.abs(squares.values[k])) < FREE * most;
-      if (downhill) {
-        const { values, vectors } = eigen(symmetric(K));
+      const free = squares.values.map((square) => Math.sqrt(Math.abs(square)) < FREE * most);
+      const { values, vectors } = downhill ? eigen(symmetric(K)) : squares;
+      const pulled = downhill ? push : columns.map((c) => dot(c, push));
+      // A step damped as far as it must be short: across what hardly resists first, of which the
+      // slopes away from rest say little.
+      let x;
+      let damping = 0;
+      do {
+        const eta = push.map(() => 0);
+        const go = (axis, step) => axis.forEach((each, i) => (eta[i] += step * each));
         values.forEach((value, k) => {
           const axis = column(vectors, k);
-          if (Math.abs(value) > FREE * most) go(axis, dot(axis, push) / Math.abs(value));
+          if (downhill ? Math.abs(value) > FREE * most : !free[k])
+            go(axis, dot(axis, pulled) / (Math.abs(value) + damping));
         });
-      }
-      squares.values.forEach((square, k) => {
-        const axis = column(squares.vectors, k);
-        if (free(k))
-          go(axis, -dot(axis, eta)); // where nothing pushes, any place will do
-        else if (!downhill)
-          go(axis, columns.reduce((sum, c, i) => sum + axis[i] * dot(c, push), 0) / square);
-      });
-      const x = at.L[0].map((_, i) => dot(column(at.L, i), eta));
-      y = this.moved(y, x, Math.min(1, FARTHEST_STEP / (Math.hypot(...x) || 1)));
+        // where nothing pushes, any place will do
+        squares.vectors.forEach((_, k) => {
+          const axis = column(squares.vectors, k);
+          if (free[k]) go(axis, -dot(axis, eta));
+        });
+        x = at.L[0].map((_, i) => dot(column(at.L, i), eta));
+        damping = 4 * damping || FREE * Math.max(...values.map(Math.abs));
+      } while (Math.hypot(...x) > FARTHEST_STEP);
+      y = this.moved(y, x);
     }
     return null;
   }
@@ -312,7 +350,19 @@ export class SmallMotions {
       const damping = square > 0 ? drag / (2 * Math.sqrt(square)) : NaN;
       return { square, damping, shape: shape.map((x) => x / largest) };
     });
-    return { y, modes };
+    return { y, modes, unstable: this.isUnstable(y, at, R) };
+  }
+
+  isUnstable(y, at, R) {
+    const { nq, nv } = this.machine;
+    // what rolls on something driven moves beside its position of rest
+    const beside = (x, h) => {
+      const next = this.moved(y, x, h);
+      this.loops?.closeRates(next);
+      return next;
+    };
+    const C = this.slopesAlong(at, beside, (next) => [...next.subarray(nq, nq + nv)]);
+    return isUnstable(this.slopesAlong(at, beside), R, C);
   }
 
   // A mode as a path of states: q = rest + amplitude · shape · sin ω t, for so many periods.

@@ -107,15 +107,16 @@ export class Modes {
     return this.scene.series.find((series) => series.name === name)?.unit ?? "";
   }
 
-  place({ y }) {
+  // Where a position of rest is, and whether small motions there stay small.
+  place({ y, unstable }) {
     const { coordinates } = this.setup.bench.machine.engine;
-    return coordinates.map((name, k) => `${name} = ${near(y[k])}`).join(", ");
+    const values = coordinates.map((name, k) => `${name} = ${near(y[k])}`);
+    return `${values.join(", ")}: ${unstable ? "unstable" : "stable"}`;
   }
 
   offer(rest) {
     const button = make("button", { type: "button" });
-    const falls = rest.modes.some(({ square }) => square < 0);
-    button.textContent = `${this.place(rest)}: ${falls ? "unstable" : "stable"}`;
+    button.textContent = this.place(rest);
     button.onclick = () => this.tell(rest);
     return button;
   }
