@@ -85,6 +85,13 @@ TEXTS = {
         '<joint name="q" axis="0 1 0"/>' + GEOM + SECOND
     ),
     "ball": body('<joint name="b" type="ball" pos="0.1 0.2 0.3"/>' + GEOM + SECOND),
+    "springs of balls": body(
+        '<joint type="ball" stiffness="3" damping="2"/>'
+        + GEOM
+        + '<body pos="0 0 1" euler="10 20 30"><joint type="ball" pos="0 0.1 0" stiffness="2"/>'
+        + GEOM
+        + "</body>"
+    ),
     "free": body("<freejoint/>" + GEOM + SECOND),
     "free by joint": body('<joint type="free"/>' + GEOM + SECOND),
     "welded": body(HINGE + GEOM + '<body pos="1 0 0" euler="0 0 90">' + GEOM + "</body>"),
@@ -629,6 +636,17 @@ def expect_the_same(mechanism: mq.Mechanism, text: str) -> None:
         alone = bare.inverse_dynamics(q, v, still)
         close(alone, bias, mass)
         close(np.asarray(alone) - total, passive, mass)
+
+
+def test_the_spring_of_a_ball_rests_where_it_is_not_turned() -> None:
+    text = body(
+        '<joint type="ball" stiffness="3"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+    )
+    mechanism = read_mjcf(text)
+    engine = mq.Reference(mechanism)
+    assert np.abs(engine.acceleration(mechanism.neutral())).max() < 1e-15
+    assert "1 energies of springs in ball joints, whose torques do work" in mechanism.about
+    assert mq.verify(mechanism, samples=5).agrees
 
 
 def test_a_capsule_fitted_to_a_mesh_without_a_longest_axis_is_refused() -> None:

@@ -187,12 +187,51 @@ def test_files_named_in_included_files_stand_beside_the_main_or_the_included_one
         (model(BODY.format('<geom type="sdf"/>')), "the inertia of a geom of type 'sdf'"),
         (model(BODY.format('<geom size="1" adhesion="1"/>')), "adhesion=… of <geom> is not read"),
         (model(BODY.format('<geom size="-1"/>')), "expected 1 positive sizes of a sphere"),
+        (model(BODY.format('<geom size="1" mass="-1"/>')), "no negative mass or density of <geom>"),
+        (
+            model(BODY.format('<geom size="1" density="-1"/>')),
+            "no negative mass or density of <geo",
+        ),
+        (model(BODY.format('<geom size="1" fromto="0 0 0 0 0 1"/>')), "a sphere has no fromto"),
+        (
+            model(BODY.format('<geom type="plane" size="1 1 1"/>')),
+            "a geom of type 'plane' expects a body that does not move",
+        ),
+        (model(BODY.format('<inertial pos="0 0 0" mass="-1"/>')), "no negative mass of <inertial>"),
+        (
+            model(BODY.format(2 * '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>')),
+            "expected one <inertial> in a body",
+        ),
+        (
+            model(
+                BODY.format(
+                    '<inertial pos="0 0 0" mass="1" quat="1 0 0 1" fullinertia="1 1 1 0 0 0"/>'
+                )
+            ),
+            "expected fullinertia without quat",
+        ),
+        (model("<joint/>"), "the world has no <joint>"),
+        (model(2 * '<body name="a"/>'), "another body is named 'a', too"),
+        (model(2 * '<body><joint name="a"/></body>'), "another joint is named 'a', too"),
+        (model('<body mocap="true"><joint/></body>'), "a mocap body expects the world around it"),
+        (
+            model('<body><joint type="ball"/><joint type="slide"/><joint/></body>'),
+            "after a ball joint, a body's other joints expect to slide",
+        ),
+        (model(f"<body>{7 * '<joint/>'}</body>"), "the joints of a body expect 6 velocities at"),
+        (model('<body><joint springdamper="0 1"/></body>'), "positive numbers for springdamper"),
+        (model('<body><joint range="2 1" limited="true"/></body>'), "limited is true, so range"),
+        (
+            model('<body><joint range="1 2"/></body>', '<compiler autolimits="false"/>'),
+            "autolimits is false, so range expects limited beside it",
+        ),
         (model(BODY.format('<geom size="x"/>')), "expected 3 finite numbers for size of <geom>"),
         (model(BODY.format('<geom size="1" magic="1"/>')), "magic=… of <geom> is not read"),
         (model(BODY.format('<geom size="1" class="no"/>')), "no class of defaults 'no'"),
         (model(BODY.format('<geom size="1" euler="0 0 0" quat="1 0 0 0"/>')), "one orientation"),
         (model(BODY.format('<inertial pos="0 0 0"/>')), "<inertial> has no mass"),
-        (model('<body><joint type="ball" stiffness="1"/></body>'), "stiffness of a ball"),
+        (model('<body><joint type="free" stiffness="1"/></body>'), "stiffness of a free joint"),
+        (model('<body><joint type="ball" stiffness="0 1"/></body>'), "polynomial of stiffness of"),
         (model('<body><joint type="free" damping="1 1"/></body>'), "polynomial of damping of a"),
         (
             model('<body><joint/><body><joint type="ball" armature="1"/></body></body>'),

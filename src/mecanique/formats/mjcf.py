@@ -263,6 +263,7 @@ class _Reader(Source):
         self._rotors: dict[str, float] = {}
         self._carried_along: dict[str, float] = {}
         self._drives_lift = False
+        self._claimed: set[tuple[str, str]] = set()  # kinds and names of bodies and joints
         self._timed: dict[str, Array] = {}  # time constant and damping ratio of springs
 
     def read(self, source: str | os.PathLike[str]) -> Mechanism:
@@ -487,6 +488,13 @@ class _Reader(Source):
 
     # numbers
 
+    def _claim(self, texts: Given) -> None:
+        """Refuse an element with the name of another of its kind."""
+        kind, name = texts.element.tag.removeprefix("free"), texts.get("name")
+        if name and (kind, name) in self._claimed:
+            raise texts.refuse(f"another {kind} is named {name!r}, too")
+        self._claimed.add((kind, name or ""))
+
     def _pose(self, texts: Given) -> Array:
         pose = np.eye(4)
         pose[:3, :3] = self._turn(texts)
@@ -594,6 +602,8 @@ class _Reader(Source):
             for child, _, frame in contents
             if child.tag == "inertial"
         ]
+        if len(stated) > 1:
+            raise self.refuse(element, "expected one <inertial> in a body")
         rule = self._set_in(element).get("inertiafromgeom", "auto")
         by_geoms = link.name != GROUND and (rule == "true" or (rule == "auto" and not stated))
         for child, name, frame in contents:
@@ -610,8 +620,9 @@ class _Reader(Source):
                     if there.get("name"):
                         pose = self._pose(Given(self, child, there))
                         self._sites[there["name"]] = (link.name, frame @ pose)
-                case "joint" | "freejoint" | "inertial":
-                    pass  # of the link itself
+                case "joint" | "freejoint" | "inertial":  # of the link itself
+                    if link.name == GROUND:
+                        raise self.refuse(child, f"the world has no <{child.tag}>")
                 case "camera" | "light":
                     self.omitted["cameras and lights"] += 1
                 case _:
@@ -627,9 +638,8 @@ class _Reader(Source):
 
     def _body(self, element: Element, parent: _Link, inherited: str, frame: Array) -> None:
         texts = self._attributes(element, "body", {})
+        self._claim(texts)
         name = self._bodies.free(texts.get("name") or "body")
-        if texts.get("mocap") == "true":
-            self.omitted["motions of mocap bodies"] += 1
         inherited = texts.get("childclass", inherited)
         pose = frame @ self._pose(texts)
         home = parent.home @ pose
@@ -638,6 +648,10 @@ class _Reader(Source):
             for child, kind, place in self._contents(element, inherited, np.eye(4))
             if child.tag in ("joint", "freejoint")
         ]
+        if texts.get("mocap") == "true":
+            self.omitted["motions of mocap bodies"] += 1
+            if held or parent.name != GROUND:
+                raise self.refuse(element, "a mocap body expects the world around it, and no joint")
         # each joint moves the body's frame about its own anchor; links between are empty
         carrier, origin = parent.name, pose
         shift = np.eye(4)
@@ -648,6 +662,12 @@ class _Reader(Source):
             if not last:
                 self._links.append(_Link(moved, no_mass(), [], shift, home))
             carrier, origin = moved, np.eye(4)
+        moving = self.joints[len(self.joints) - len(held) :]
+        balls = [k for k, joint in enumerate(moving) if isinstance(joint, Spherical)]
+        if balls and any(not isinstance(joint, Prismatic) for joint in moving[balls[0] + 1 :]):
+            raise self.refuse(element, "after a ball joint, a body's other joints expect to slide")
+        if sum(len(joint.velocities) for joint in moving) > 6:
+            raise self.refuse(element, "the joints of a body expect 6 velocities at most")
         if not held:
             weld = self._names.free(f"{name}_weld")
             self.joints.append(Fixed(weld, parent.name, name, origin=placement_at(pose)))
@@ -671,6 +691,7 @@ class _Reader(Source):
         parent, child = ends
         kind = "freejoint" if element.tag == "freejoint" else "joint"
         texts = self._resolve(element, kind, inherited)
+        self._claim(texts)
         form = "free" if kind == "freejoint" else texts.get("type", "hinge")
         name = self._names.free(texts.get("name") or f"{child}_{form}")
         if texts.get("align", "auto") == "true":
@@ -678,15 +699,21 @@ class _Reader(Source):
         armature = texts.number("armature", 0.0)
         stiffness, damping = self._resistance(texts)
         timing = texts.numbers("springdamper", (0, 0))
+        if any(timing) and not all(timing > 0):
+            raise texts.refuse("expected positive numbers for springdamper")
         if texts.number("frictionloss", 0.0):
             self.rubbing.append(name)
         if texts.get("actuatorgravcomp") == "true":
             self._drives_lift = True
         if form in ("free", "ball"):
-            if any(stiffness) or all(timing > 0):
+            if all(timing > 0) or (form == "free" and any(stiffness)):
                 raise self.refuse(element, f"stiffness of a {form} joint is not read")
-            if any(damping[1:]):
-                raise self.refuse(element, f"a polynomial of damping of a {form} joint is not read")
+            for what, powers in {"stiffness": stiffness, "damping": damping}.items():
+                if any(powers[1:]):
+                    message = f"a polynomial of {what} of a {form} joint is not read"
+                    raise self.refuse(element, message)
+            if any(stiffness):
+                self.omitted["energies of springs in ball joints, whose torques do work"] += 1
             turns = any(not isinstance(way, Fixed | Prismatic) for way in self._way_to(parent))
             if armature and form == "ball" and turns:
                 message = "armature of a ball joint on a body that turns is not read"
@@ -702,7 +729,7 @@ class _Reader(Source):
             ball = Spherical(name, parent, child, origin=placement_at(pose @ at))
             joint = Floating(name, parent, child) if form == "free" else ball
             self.joints.append(joint)
-            self.forces += resist_rates(joint, float(damping[0]))
+            self.forces += resist_rates(joint, float(damping[0]), float(stiffness[0]))
             return np.asarray(np.linalg.inv(at))
         if form not in ("hinge", "slide"):
             message = f"expected a joint of type hinge, slide, ball or free, got {form!r}"
@@ -767,11 +794,15 @@ class _Reader(Source):
             ("actuatorfrcrange", "actuatorfrclimited", 1.0),
         ):
             limited = texts.get(flag, "auto")
-            if limited == "auto" and name in texts:
+            low, high = (scale * texts.numbers(name, (0, 0))).tolist()
+            if limited == "true" and low >= high:
+                raise texts.refuse(f"{flag} is true, so {name} expects a lower and an upper bound")
+            if limited == "auto" and low < high:
                 limited = self._set_in(texts.element).get("autolimits", "true")
+                if limited == "false":
+                    raise texts.refuse(f"autolimits is false, so {name} expects {flag} beside it")
             if limited == "true":
-                low, high = scale * texts.numbers(name, (0, 0))
-                bounds[name] = float(low), float(high)
+                bounds[name] = low, high
         lower, upper = bounds.get("range", (-math.inf, math.inf))
         least, effort = bounds.get("actuatorfrcrange", (-math.inf, math.inf))
         if least != -effort:
@@ -832,8 +863,12 @@ class _Reader(Source):
             if name not in texts:
                 raise self.refuse(element, f"<inertial> has no {name}=…")
         mass = texts.number("mass", 0.0)
+        if mass < 0:
+            raise texts.refuse("expected no negative mass of <inertial>")
         pose = self._pose(texts)
         if "fullinertia" in texts:
+            if also := [name for name in ("diaginertia", *_ORIENTATIONS) if name in texts]:
+                raise texts.refuse(f"expected fullinertia without {also[0]}")
             entries = texts.numbers("fullinertia", (0,) * 6).tolist()
             return Mass(mass, np.zeros(3), tensor_of(entries)).move(pose)
         moments = texts.numbers("diaginertia", (0, 0, 0))
@@ -850,6 +885,8 @@ class _Reader(Source):
         counts = counts and low <= texts.number("group", 0) <= high
         mass = texts.number("mass", -1.0) if "mass" in texts else None
         density = texts.number("density", 1000.0)
+        if counts and (density if mass is None else mass) < 0:
+            raise texts.refuse("expected no negative mass or density of <geom>")
         if mass == 0 or (mass is None and density == 0):
             counts = False
         option = self._options
@@ -866,9 +903,13 @@ class _Reader(Source):
         if form not in SIZES:
             if counts and form != "plane":
                 raise texts.refuse(f"the inertia of a geom of type {form!r} is not read")
+            if any(not isinstance(joint, Fixed) for joint in self._way_to(link.name)):
+                raise texts.refuse(f"a geom of type {form!r} expects a body that does not move")
             return None
         pose = self._pose(texts)
         if "fromto" in texts:
+            if form == "sphere":
+                raise texts.refuse("a sphere has no fromto")
             ends = texts.numbers("fromto", (0,) * 6)
             arm = ends[:3] - ends[3:]
             length = float(np.linalg.norm(arm)) / 2

@@ -274,10 +274,15 @@ def placement_at(pose: Array) -> Placement:
     return Placement((x, y, z), rpy_of(pose[:3, :3]))
 
 
-def resist_rates(joint: Joint, damping: float) -> Iterator[Force | Torque]:
-    """Yield the resistance to each velocity of a ball, universal or free joint, on both bodies."""
-    if not damping:
-        return
+_NO_TURN = 1e-15
+"""Sine of half a turn beside which none has a direction: θ / sin(θ/2) then is 2, as it should."""
+
+
+def resist_rates(joint: Joint, damping: float, stiffness: float = 0.0) -> Iterator[Force | Torque]:
+    """Yield the resistance to each velocity of a ball, universal or free joint, on both bodies.
+
+    A stiffness of a ball joint resists the rotation vector, by the shorter way.
+    """
     rates = np.array([coordinate(name) for name in joint.velocities[-3:]])
     axes, turn = joint.child, np.eye(3)
     if isinstance(joint, Universal):  # whose second axis the first one turns, both in the parent
@@ -286,12 +291,19 @@ def resist_rates(joint: Joint, damping: float) -> Iterator[Force | Torque]:
         first = coordinate(joint.coordinates[0])
         axes, turn = joint.parent, pose_of(joint.origin)[:3, :3]
         rates = np.array([rates[0], rates[1] * cos(first), rates[1] * sin(first)])
-    x, y, z = -damping * turn @ rates
-    yield Torque(f"{joint.name}_damper", joint.child, (x, y, z), axes=axes)
-    if joint.parent != GROUND:
-        name = f"{joint.name}_damper_on_{joint.parent}"
-        yield Torque(name, joint.parent, (-x, -y, -z), axes=axes)
-    if isinstance(joint, Floating):
+    pulls = {"damper": -damping * turn @ rates} if damping else {}
+    if stiffness:
+        from sympy import atan, sqrt
+
+        *sines, cosine = (coordinate(name) for name in joint.quaternion)
+        sine = sqrt(sum(s**2 for s in sines) + _NO_TURN**2)
+        pulls["spring"] = -2 * stiffness * atan(sine / cosine) / sine * np.array(sines)
+    for word, (x, y, z) in pulls.items():
+        yield Torque(f"{joint.name}_{word}", joint.child, (x, y, z), axes=axes)
+        if joint.parent != GROUND:
+            name = f"{joint.name}_{word}_on_{joint.parent}"
+            yield Torque(name, joint.parent, (-x, -y, -z), axes=axes)
+    if damping and isinstance(joint, Floating):
         fx, fy, fz = (-damping * coordinate(name) for name in joint.velocities[:3])
         yield Force(f"{joint.name}_drag", joint.child, (0.0, 0.0, 0.0), (fx, fy, fz), axes=axes)
 
