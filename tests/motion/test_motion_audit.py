@@ -96,6 +96,49 @@ def test_without_losses_energy_stays() -> None:
     assert np.ptp(energy.total) < 1e-10 * energy.scale
 
 
+def tied(amplitude: float) -> mq.Mechanism:
+    """A bob that a rod of 1 m ties to a cart, which goes to and fro."""
+    drive = amplitude * mq.sin(5 * mq.time())
+    return mq.Mechanism(
+        "tied",
+        (mq.Body("ground"), mq.Body("cart"), mq.Body("bob", mq.ball(1.0, 0.1))),
+        (
+            mq.Prismatic("rail", "ground", "cart", axis=(1, 0, 0), coordinate="s"),
+            mq.Planar("free", "ground", "bob", names=("x", "z", "a"), axis=(0, -1, 0)),
+        ),
+        loops=(mq.Loop.distance("rod", "cart", (0, 0, 0), "bob", (0, 0, 0), 1.0),),
+        coordinates=mq.Coordinates((), {"s": drive}),
+    )
+
+
+def test_the_work_of_a_rod_from_a_driven_cart_is_in_the_balance() -> None:
+    motion = mq.simulate(tied(0.3), q={"x": 1.0}, duration=1.0, fps=400)
+    force = motion.reactions("rod").force[:, 0]
+    power = force * 1.5 * np.cos(5 * motion.t)
+    energy = motion.energy()
+    assert energy.work[-1] == pytest.approx(simpson(power, x=motion.t), rel=1e-6, abs=0)
+    assert np.abs(energy.balance).max() < 1e-9 * energy.scale
+    still = mq.simulate(tied(0.0), q={"x": 1.0}, duration=0.5).energy()
+    assert not still.work.any()
+
+
+def test_the_work_of_a_condition_with_a_rate_of_its_own_is_in_the_balance() -> None:
+    """A x' = b does the work ∫ λ b dt, here with λ = J a''/0.3, J of the ball."""
+    b, a = 0.5, mq.coordinate("a")
+    row = {"x": -mq.sin(a), "y": mq.cos(a), "a": 0.3}
+    driven = mq.Mechanism(
+        "driven",
+        (mq.Body("ground"), mq.Body("bob", mq.ball(1.0, 0.1))),
+        (mq.Planar("free", "ground", "bob", names=("x", "y", "a")),),
+        velocity_constraints=(mq.VelocityConstraint("row", row, b),),
+    )
+    motion = mq.simulate(driven, v={"x'": 1.0}, duration=1.0, fps=400)
+    multiplier = 0.004 * motion.a[:, 2] / 0.3
+    energy = motion.energy()
+    assert energy.work[-1] == pytest.approx(b * simpson(multiplier, x=motion.t), rel=1e-6, abs=0)
+    assert motion.audit().ok
+
+
 @pytest.mark.parametrize("name", ["base_excited_mass", "kapitza_pendulum", "bead_on_hoop"])
 def test_the_work_of_prescribed_motion_is_in_the_balance(name: str) -> None:
     system = mq.textbook.entry(name)

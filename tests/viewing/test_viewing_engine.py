@@ -112,6 +112,24 @@ def test_the_pendulum_swings_by_the_elliptic_function(tmp_path: Path) -> None:
     assert theta == pytest.approx(2 * np.arcsin(k * sn), abs=1e-10)
 
 
+@needs_node
+def test_the_work_of_a_condition_with_a_rate_of_its_own_is_computed_too(tmp_path: Path) -> None:
+    a = mq.coordinate("a")
+    row = {"x": -mq.sin(a), "y": mq.cos(a), "a": 0.3}
+    driven = mq.Mechanism(
+        "driven",
+        (mq.Body("ground"), mq.Body("bob", mq.ball(1.0, 0.1))),
+        (mq.Planar("free", "ground", "bob", names=("x", "y", "a")),),
+        velocity_constraints=(mq.VelocityConstraint("row", row, 0.5),),
+    )
+    motion = mq.simulate(driven, v={"x'": 1.0}, duration=1.0, samples=3)
+    work = motion.energy().work[-1]
+    assert work > 0.01
+    task = {"engine": asdict(engine_of(motion)), "rtol": 1e-12, "times": [1.0]}
+    (answer,) = run([task], tmp_path)
+    assert answer["states"][0][-1] == pytest.approx(work, rel=1e-8, abs=0)
+
+
 COMPLETE = ("double_pendulum", "slider_crank", "gyroscope", "rolling_coin", "planetary_gear")
 """Trees, loops, contacts and elements that guide: all that the page shows is known to it."""
 

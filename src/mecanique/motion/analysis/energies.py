@@ -12,7 +12,7 @@ from mecanique.arrays import Array, median
 from mecanique.model.expression import symbols_in
 from mecanique.model.force_base import AnyForce
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.compile.along import StateSums, compute
+from mecanique.motion.compile.along import StateLaw, StateSums, compute
 from mecanique.motion.compile.python import vectorize
 from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.record.quadrature import integral
@@ -82,6 +82,7 @@ def energies(motion: Trajectory, times: np.ndarray) -> Energies:
     parts of T of first and zeroth degree in v, which prescribed motion brings (Goldstein, Classical
     Mechanics, 1950, sect. 2-6; Whittaker, Analytical Dynamics, 1904, art. 41). The integral is
     taken along the motion by quadrature of order 12 on its steps, halved where it needs that.
+    Constraints that move by themselves are part of Q: theirs is M a + bias less all other forces.
     """
     reference, state = motion.reference, states_at(motion, times)
 
@@ -134,11 +135,14 @@ def _losses_at_impacts(motion: Trajectory, times: np.ndarray) -> dict[str, np.nd
 
 
 def is_rheonomic(mechanism: Mechanism) -> bool:
-    """Return whether the coordinate map or a potential depends on time."""
+    """Return whether the coordinate map, a potential or a constraint moves by itself."""
     moving = {"t", *(signal.symbol for signal in mechanism.inputs)}
     conservative = [force for force in mechanism.forces if force.conservative]
-    timed = [*mechanism.coordinates.driven.values(), *(x for f in conservative for x in f.scalars)]
-    return any(symbols_in(scalar) & moving for scalar in timed)
+    constraints = (*mechanism.loops, *mechanism.contacts, *mechanism.velocity_constraints)
+    timed = [x for part in (*conservative, *constraints) for x in part.scalars]
+    timed += mechanism.coordinates.driven.values()
+    driving = any(constraint.rate != 0 for constraint in mechanism.velocity_constraints)
+    return driving or any(symbols_in(scalar) & moving for scalar in timed)
 
 
 def balance_energy(motion: Trajectory, *, whole: bool = False) -> tuple[Energies, ...]:
@@ -193,7 +197,15 @@ def _work(motion: Trajectory, state: State) -> np.ndarray:
 
     curve, rheonomic = motion.curve, _Rheonomic(mechanism, motion.curve)
     begin = State(*(part[:1] for part in (curve.t, curve.q, curve.v)))
-    work = work + integral(curve, rheonomic.power, state.arrays[0])[:, 0]
+    work = work + integral(curve, rheonomic.power, times)[:, 0]
+    if mechanism.constrained and motion.corners is None:
+        law = StateLaw(mechanism, reference)
+
+        def hold(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+            held = reference.inverse_dynamics(q, v, law.accelerations(t, q, v), t)
+            return np.asarray(np.sum(held * v, axis=1, keepdims=True))
+
+        work = work + integral(curve, hold, times)[:, 0]
     carried = rheonomic.carry(*state.arrays) - rheonomic.carry(*begin.arrays)
     return np.asarray(work + carried)
 
