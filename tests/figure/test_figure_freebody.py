@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
+from systems import derive_system
 
 from mecanique import textbook
 from mecanique.figure.freebody import acting, cut_free
@@ -173,3 +175,39 @@ def test_resultants_and_numbers_come_on_request() -> None:
 
 def test_a_load_has_the_letter_it_is_stated_by() -> None:
     assert "F" in texts(cut_free(seen("two_blocks"), "block2"))
+
+
+def test_forces_of_elements_point_in_the_sense_of_the_equations() -> None:
+    """R_F_x counts along x of the frame that the pin F has in CF, on DEF; on CF the other way."""
+    where = seen("bars_and_springs")
+    pin = where.mechanism.elements[0]
+    along = where.frame(pin.body_a, pin.frame_a)[:3, 0]
+    x = where.camera.at(along) / where.camera.scale
+    for body, sense in (("DEF", 1.0), ("CF", -1.0)):
+        marks = cut_free(where, body)
+        assert "RF,x" in texts(marks)
+        assert "RF,x,z" not in texts(marks)
+        equations = derive_system("bars_and_springs", "newton_euler").text(steps=True)
+        (balance,) = re.findall(rf"Cut free, {body} is .*?(?=\n\n)", equations, re.DOTALL)
+        upward = next(line for line in balance.splitlines() if "R_F_x" in line and " = " in line)
+        before = upward[: upward.index("R_F_x")].rstrip()
+        # on paper y points down
+        assert (-1.0 if before.endswith("-") else 1.0) == -sense * float(np.sign(x[1]))
+        place = where.at("DEF", pin.frame_b.xyz)
+        heads = arrows_at(marks, place)
+        assert any(float(head @ x) * sense > 0.99 for head in heads)
+
+
+def arrows_at(marks: Sequence[Mark], place: np.ndarray) -> list[np.ndarray]:
+    """Unit directions of arrows that start at a place, or beside it."""
+    lines = [m.points for m in marks if isinstance(m, Stroke) and m.style == "force"]
+    near = [line for line in lines if len(line) == 2 and np.hypot(*(line[0] - place)) < 12.0]
+    return [(b - a) / np.hypot(*(b - a)) for a, b in near]
+
+
+def test_arrows_along_one_line_stand_beside_each_other() -> None:
+    """On CF, those of C and F would lie on one another."""
+    marks = cut_free(seen("bars_and_springs"), "CF")
+    lines = [m.points for m in marks if isinstance(m, Stroke) and m.style == "force"]
+    first, second = (line for line in lines if len(line) == 2)
+    assert abs(first[0, 0] - second[0, 0]) > 10.0

@@ -16,7 +16,7 @@ from mecanique.figure.draw import _set_up
 from mecanique.figure.mechanism import figure
 from mecanique.figure.paper.files import _text, _typeset
 from mecanique.figure.paper.marks import Circle, Stroke, Words, bounds
-from mecanique.figure.setting import Setting
+from mecanique.figure.setting import Setting, posture
 
 
 def seen(name: str, **q: float) -> Setting:
@@ -117,6 +117,75 @@ def test_a_cone_is_seen_from_aside_and_a_hoop_is_no_disk() -> None:
     hoop = mq.textbook.load("bead_on_hoop").body("hoop")
     assert hoop.mass == 0
     assert hoop.shapes[0].form == "thin ring"
+
+
+def test_rings_and_cones_show_their_round_side() -> None:
+    """A gimbal seen edge on is a line, a cone from the side of its base a triangle."""
+    for name in ("heavy_top", "gyroscope"):
+        shown = _set_up(mq.textbook.load(name), None, None)
+        round_ones = [s for s in shown.solids if s.form in ("solid cone", "thin ring", "thin disk")]
+        assert round_ones
+        for solid in round_ones:
+            assert 0.2 < abs(float(solid.pose[:3, 2] @ shown.camera.toward)) < 0.95
+
+
+def test_a_cones_spin_turns_about_its_axis_at_its_base() -> None:
+    shown = seen("heavy_top", phi=0.55, theta=0.6, psi=0.75)
+    words = (mark for mark in figure(shown) if isinstance(mark, Words))
+    place = next(mark for mark in words if mark.parts[0][0] == "ψ")
+    apex = shown.at("top")
+    base = shown.at("top", (0, 0, shown.mechanism.values["h"]))
+    assert math.hypot(*(place.at - base)) < 0.7 * math.hypot(*(place.at - apex))
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("four_bar_linkage", "ABCD"),
+        ("slider_crank", "OAB"),
+        ("bars_and_springs", "ABCDEF"),
+        ("bars_and_springs_loop", "ABCDEF"),
+    ],
+)
+def test_points_that_the_text_names_stand_in_the_figure(name: str, expected: str) -> None:
+    mechanism = mq.textbook.load(name)
+    shown = _set_up(mechanism, None, posture(mechanism))
+    places = {
+        "".join(text for text, _ in mark.parts): mark.at
+        for mark in figure(shown)
+        if isinstance(mark, Words)
+    }
+    assert {*expected} <= places.keys()
+    for joint in shown.mechanism.joints:
+        if joint.name in places:
+            assert math.hypot(*(places[joint.name] - shown.at(joint.child))) < 30.0
+
+
+def test_a_letter_of_a_parameter_is_no_point() -> None:
+    """M is the mass of the cart, whatever its hinge is called."""
+    machine = mq.textbook.load("cart_pole")
+    joints = tuple(
+        replace(j, name="M") if isinstance(j, mq.Revolute) else j for j in machine.joints
+    )
+    renamed = replace(machine, joints=joints)
+    words = [mark for mark in figure(_set_up(renamed, None, None)) if isinstance(mark, Words)]
+    assert ["".join(t for t, _ in mark.parts) for mark in words].count("M") == 1
+
+
+def test_the_sun_needs_no_pin_and_its_attraction_has_a_line() -> None:
+    shown = _set_up(mq.textbook.load("kepler_orbit"), None, None)
+    marks = figure(shown)
+    assert not any(isinstance(mark, Stroke) and mark.style in ("ground", "hatch") for mark in marks)
+    sun, planet = shown.at("ground"), shown.at("planet")
+    lines = [mark.points for mark in marks if isinstance(mark, Stroke) and mark.style == "axis"]
+    assert any(np.allclose(line, [sun, planet], rtol=0, atol=1e-6) for line in lines)
+
+
+def test_what_slides_along_a_sliding_base_stands_on_the_same_ground() -> None:
+    shown = _set_up(mq.textbook.load("base_excited_mass"), None, None)
+    (line,) = grounds(shown)
+    assert line[:, 0].min() < shown.paper("base")[:, 0].min()
+    assert line[:, 0].max() > shown.paper("block")[:, 0].max()
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ from mecanique.figure.paper.marks import (
     rich,
     unit,
 )
-from mecanique.figure.setting import CONE, Setting, is_zero
+from mecanique.figure.setting import CONE, RING, Setting, is_zero
 from mecanique.figure.solids import Floats, Outline, list_branch, radius_of, unit3
 from mecanique.model import quaternions
 from mecanique.model.bodies import Body
@@ -71,7 +71,7 @@ JOINT_ROOM = 14.0
 """Space that a joint takes up around itself [pt]."""
 
 BELOW_LEFT = np.array([-1.0, 0.6])
-"""Where a mass is written in a solid whose middle is occupied."""
+"""Where a mass is written in a solid whose middle is occupied, and at the rim of a ring."""
 
 
 def lengths(setting: Setting) -> Iterator[Mark]:
@@ -334,6 +334,10 @@ def _mass(setting: Setting, name: str, solid: Outline) -> Words:
             return label(at, name, setting.clear_side(at), radius_of(solid, camera) + 4.0)
         case "cylinder" if not roomy:
             return label(at, name, setting.clear_side(at), solid.size * camera.scale + 4.0)
+    if solid.form == RING and not camera.flat:
+        rim = camera.at(solid.corners[: len(solid.corners) // 2])
+        place = rim[int(np.argmax((rim - at) @ BELOW_LEFT))]
+        return label(place, name, place - at, 5.0)
     if not roomy:
         return _beside(setting, name, solid, at)
     if _is_pinned(setting, solid, at):
@@ -471,12 +475,13 @@ def _moved_body(setting: Setting, name: str, before: Floats) -> int | None:
 
 def _draw_angle(setting: Setting, angle: _Angle, level: int) -> Iterator[Mark]:
     """An arc from the body's direction at zero to its present one, outside arcs already drawn."""
-    camera, middle = setting.camera, setting.poses[angle.body, :3, 3]
+    camera = setting.camera
     whole = quaternions.from_matrices(angle.turn)
     if whole[3] < 0:
         whole = -whole  # the shorter way round
     axis = unit3(whole[:3])
     half_angle = math.atan2(float(np.linalg.norm(whole[:3])), float(whole[3]))
+    middle = setting.poses[angle.body, :3, 3] + _rise(setting, angle, axis)
     arm = _arm(setting, angle, axis)
     long = float(np.linalg.norm(arm)) * camera.scale
     radius = min(RADIUS, max(0.55 * long, LEAST_RADIUS)) + level * RADIUS_STEP
@@ -492,6 +497,17 @@ def _draw_angle(setting: Setting, angle: _Angle, level: int) -> Iterator[Mark]:
     center, half = camera.at(middle), points[len(points) // 2]
     away = half - center if math.hypot(*(half - center)) > 6 else np.array([0.0, -1.0])
     yield label(half, angle.name, away, 5.0, "coordinate-letter")
+
+
+def _rise(setting: Setting, angle: _Angle, axis: Floats) -> Floats:
+    """From the center of rotation to the far end of a cone or cylinder that turns about itself."""
+    name = setting.mechanism.bodies[angle.body].name
+    arms = _span(setting, name) - setting.poses[angle.body, :3, 3]
+    heights = arms @ axis
+    aside = np.linalg.norm((arms - heights[:, None] * axis).mean(axis=0))
+    far = float(heights[int(np.argmax(np.abs(heights)))])
+    alone = not setting.camera.flat and aside < 1e-6 * abs(far)
+    return far * axis if alone else np.zeros(3)
 
 
 def _arm(setting: Setting, angle: _Angle, axis: Floats) -> Floats:

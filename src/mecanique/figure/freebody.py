@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -98,7 +98,8 @@ def cut_free(
 ) -> tuple[Mark, ...]:
     """Return the marks of a body's free-body diagram."""
     actions = [action for action in acting(setting) if action.body == body]
-    possible = actions if numbers else _perturb(setting, actions)
+    guides = _measure_guides(setting)
+    possible, later = (actions, guides) if numbers else _perturb(setting, actions)
     force = max((float(np.linalg.norm(action.force)) for action in actions), default=0.0)
     moment = max((float(np.linalg.norm(action.moment)) for action in actions), default=0.0)
     axes = [] if resultants or not setting.camera.flat else _axes(setting, body)
@@ -109,11 +110,11 @@ def cut_free(
     for action, perturbed in zip(actions, possible, strict=True):
         parts = [
             component
-            for component in _resolve(setting, action, axes)
+            for component in _resolve(setting, action, axes, guides)
             if abs(component.size) > NEGLIGIBLE * force
         ]
         drawn = {component.symbol for component in parts}
-        for component in _resolve(setting, perturbed, axes):
+        for component in _resolve(setting, perturbed, axes, later):
             if component.symbol not in drawn and abs(component.size) > POSSIBLE * strongest:
                 parts.append(component)
         for component in parts:
@@ -166,7 +167,13 @@ def acting(setting: Setting) -> Iterator[Action]:
     yield from Actions(setting.mechanism, setting.reference).all(t, q, v, a)
 
 
-def _perturb(setting: Setting, actions: Sequence[Action]) -> list[Action]:
+def _measure_guides(setting: Setting) -> dict[str, float]:
+    """The forces of elements that guide, each by the direction in which it counts positive."""
+    values = setting.reference.guide_forces(setting.q, setting.v, setting.t)
+    return {name: float(value) for name, value in values.items() if abs(float(value)) > 0}
+
+
+def _perturb(setting: Setting, actions: Sequence[Action]) -> tuple[list[Action], dict[str, float]]:
     """The same forces a little later, in a general motion, so that accidental zeros vanish."""
     mechanism, random = setting.mechanism, np.random.default_rng(0)
     reference = setting.reference
@@ -185,13 +192,13 @@ def _perturb(setting: Setting, actions: Sequence[Action]) -> list[Action]:
         moved = replace(setting, mechanism=mechanism, reference=reference, q=q, v=v, t=t)
         stirred = [*acting(moved)]
     except MecaniqueError:  # there is no motion near, as in a singular position
-        return [*actions]
+        return [*actions], {}
     later = {(action.kind, action.name, action.body, action.other): action for action in stirred}
     kept = []
     for action in actions:
         moved_on = later.get((action.kind, action.name, action.body, action.other), action)
         kept.append(replace(moved_on, origin=action.origin))
-    return kept
+    return kept, _measure_guides(moved)
 
 
 def _axes(setting: Setting, body: str) -> list[_Axis]:
@@ -206,7 +213,9 @@ def _axes(setting: Setting, body: str) -> list[_Axis]:
     return [axis for axis in world if abs(axis.along @ toward) < NEGLIGIBLE]
 
 
-def _resolve(setting: Setting, action: Action, axes: Sequence[_Axis]) -> Iterator[_Arrow]:
+def _resolve(
+    setting: Setting, action: Action, axes: Sequence[_Axis], guides: Mapping[str, float]
+) -> Iterator[_Arrow]:
     """The arrows of a force: of a reaction and of inertia by components, of any other as it is."""
     at, force = setting.camera.at(action.origin[0]), action.force[0]
     style = "inertia" if action.kind == "inertia" else "force"
@@ -214,12 +223,15 @@ def _resolve(setting: Setting, action: Action, axes: Sequence[_Axis]) -> Iterato
     plane = _plane_of(setting, action) if axes else []
     if plane:  # the multipliers of a contact count along its plane
         axes, symbol = plane, f"lambda_{action.name}"
-    if not axes or action.kind not in ("reaction", "inertia") or action.name == TOGETHER:
-        paper = setting.camera.at(force) / setting.camera.scale
+    guided = bool(axes) and action.name in guides
+    if not axes or action.kind not in ("reaction", "inertia") or action.name == TOGETHER or guided:
         size = float(np.linalg.norm(force))
         if not size:
             return
-        seen = float(np.hypot(*paper)) / size
+        if guided:  # in the sense in which it counts positive
+            size = math.copysign(size, guides[action.name])
+        paper = setting.camera.at(force) / setting.camera.scale * math.copysign(1.0, size)
+        seen = float(np.hypot(*paper)) / abs(size)
         if seen > 0.05:
             yield _Arrow(at=at, along=unit(paper), size=size, symbol=symbol, style=style, seen=seen)
         return
@@ -253,13 +265,18 @@ def _sense(setting: Setting, action: Action) -> int:
 
 
 def _step_aside(candidate: _Arrow, drawn: Sequence[_Arrow]) -> _Arrow:
-    """An arrow beside those that start at the same place in the same direction."""
-    same = sum(
-        math.hypot(*(candidate.at - placed.at)) < SAME
-        and float(candidate.along @ placed.along) > 0.99
-        for placed in drawn
-    )
+    """An arrow beside those that it would lie on."""
+    same = sum(_lies_on(candidate, placed) for placed in drawn)
     return replace(candidate, aside=BESIDE * ((same + 1) // 2) * (1 if same % 2 else -1))
+
+
+def _lies_on(candidate: _Arrow, placed: _Arrow) -> bool:
+    """Whether two arrows share a stretch of one line."""
+    offset, turn = candidate.at - placed.at, float(candidate.along @ placed.along)
+    start = float(offset @ placed.along)
+    low, high = sorted((start, start + LETTERED * turn))
+    shared = min(high, LETTERED) - max(low, 0.0)
+    return abs(turn) > 0.99 and abs(float(offset @ across(placed.along))) < SAME < shared
 
 
 def _draw(drawn: _Arrow, largest: float, numbers: bool) -> Iterator[Mark]:

@@ -96,13 +96,14 @@ def supports(setting: Setting) -> Iterator[Mark]:
             yield from _stop(setting, element)
     rails: list[_Rail] = []
     for joint in setting.mechanism.joints:
-        if joint.parent != setting.mechanism.ground or joint.followers:
+        if joint.followers or not _stands_on_ground(setting, joint):
             continue
         at = setting.at(joint.child)
         if isinstance(joint, Single) and joint.turns and not setting.camera.flat:
             yield from _bearing(setting, joint, at)
         elif isinstance(joint, (Revolute, Spherical, Universal)):
-            yield from pin(at, _away(setting, joint.child, at))
+            if not _is_center(setting, joint):
+                yield from pin(at, _away(setting, joint.child, at))
         elif isinstance(joint, Prismatic):
             rails += _rail(setting, joint)
     while rails:
@@ -115,6 +116,22 @@ def supports(setting: Setting) -> Iterator[Mark]:
         ]
         rails = [r for r in rest if r not in same]
         yield from _draw_line([first, *same])
+
+
+def _stands_on_ground(setting: Setting, joint: Joint) -> bool:
+    """Whether a joint is one of the ground, or a slide along a body that slides there likewise."""
+    if joint.parent == setting.mechanism.ground or not isinstance(joint, Prismatic):
+        return joint.parent == setting.mechanism.ground
+    below = next(other for other in setting.mechanism.joints if other.child == joint.parent)
+    along = isinstance(below, Prismatic) and np.abs(setting.axis(below) - setting.axis(joint)).max()
+    return along is not False and along < 1e-9 and _stands_on_ground(setting, below)
+
+
+def _is_center(setting: Setting, joint: Joint) -> bool:
+    """Whether a joint stands in a ball of the ground, such as the sun, that needs no pin."""
+    balls = [s for s in setting.solids if s.kind == "ball" and s.body == joint.parent]
+    seat = setting.seat(joint)
+    return any(np.linalg.norm(ball.ends.mean(axis=0) - seat) < ball.size for ball in balls)
 
 
 def nuts(setting: Setting) -> Iterator[Mark]:
@@ -674,6 +691,9 @@ def _write(law: Scalar) -> str:
     return re.sub(r"\bt ((?:\w+ )*\w+)", r"\1 t", text)
 
 
+POINT, BAR = re.compile("[A-Z]'?"), re.compile("[A-Z]{2,}")
+"""The name of a joint that is the letter of a point, and of a bar by the points along it."""
+
 MOST_LABELS = 14
 """A figure of more bodies than this is drawn without letters."""
 
@@ -701,7 +721,7 @@ def figure(setting: Setting, *, legend: bool = True) -> tuple[Mark, ...]:
     if lettered:
         marks += [*lengths(setting), *slopes(setting)]
         marks += [*coordinates(setting), *given_motions(setting)]
-        marks += [*masses(setting)]
+        marks += [*masses(setting), *_points(setting)]
     if lettered and legend:
         for parameter in _missing(setting, marks):
             marks += missing(setting, parameter.symbol)
@@ -763,7 +783,8 @@ def _links(setting: Setting) -> Iterator[Mark]:
     mechanism = setting.mechanism
     shown = {solid.body for solid in setting.solids} | {mechanism.ground}
     lines = [force for force in mechanism.forces if isinstance(force, LineLoad)]
-    sprung = {body for line in lines for body in line.bodies}
+    sprung = {body for line in lines if line.kind != "load" for body in line.bodies}
+    pulled = {body for line in lines for body in line.bodies} - sprung
     for joint in mechanism.joints:
         bare = joint.parent not in shown
         if bare:
@@ -771,14 +792,15 @@ def _links(setting: Setting) -> Iterator[Mark]:
         if not isinstance(joint, Prismatic) or loads_in(mechanism.forces, joint.name):
             continue
         if bare and joint.child not in sprung and not _find_leader(setting, joint):
-            yield from _line(setting.seat_at(joint), setting.at(joint.child))
+            style = "axis" if joint.child in pulled else "cable"
+            yield from _line(setting.seat_at(joint), setting.at(joint.child), style)
 
     yield from _cords(setting)
 
 
-def _line(a: Point, b: Point) -> Iterator[Mark]:
+def _line(a: Point, b: Point, style: str = "cable") -> Iterator[Mark]:
     if math.hypot(*(b - a)) > SHORTEST_LINE:
-        yield Stroke(np.array([a, b]), "cable")
+        yield Stroke(np.array([a, b]), style)
 
 
 def _cords(setting: Setting) -> Iterator[Mark]:
@@ -805,6 +827,8 @@ def _joints(setting: Setting) -> Iterator[Mark]:
         if isinstance(joint, Revolute) and not camera.flat:
             yield Circle(at, 3.2, "pin")
         elif isinstance(joint, Revolute):
+            if joint.parent == mechanism.ground and _is_center(setting, joint):
+                continue
             if joint.child not in wheels or joint.parent in shown:
                 yield from pin(at)
         elif isinstance(joint, (Spherical, Universal)):
@@ -813,6 +837,26 @@ def _joints(setting: Setting) -> Iterator[Mark]:
     pins = [element for element in mechanism.elements if isinstance(element, Loop)]
     for loop in (*mechanism.loops, *pins):
         yield from _loop(setting, loop)
+
+
+def _points(setting: Setting) -> Iterator[Words]:
+    """The letters of points: of joints, of loops, and along bars that are named by them, as ABC."""
+    mechanism = setting.mechanism
+    places = {joint.name: setting.at(joint.child) for joint in mechanism.joints}
+    for loop in mechanism.loops:
+        places[loop.name] = setting.at(loop.body_a, loop.frame_a.xyz)
+    for body in mechanism.bodies:
+        own = [solid for solid in setting.solids if solid.body == body.name]
+        rods = [end for solid in own if solid.kind == "rod" for end in solid.ends]
+        spots = [*rods, *(solid.ends.mean(axis=0) for solid in own if solid.kind == "ball")]
+        if BAR.fullmatch(body.name) and len(spots) == len(body.name):
+            start = setting.point(body.name)
+            spots.sort(key=lambda spot: float(np.linalg.norm(spot - start)))
+            for name, spot in zip(body.name, spots, strict=True):
+                places.setdefault(name, setting.camera.at(spot))
+    for name, at in places.items():
+        if POINT.fullmatch(name) and name not in mechanism.values:
+            yield label(at, name, setting.clear_side(at), 7.0)
 
 
 def _loop(setting: Setting, loop: Loop) -> Iterator[Mark]:

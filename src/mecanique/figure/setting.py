@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from mecanique.errors import MecaniqueError
 from mecanique.figure.paper.marks import Point, directions
 from mecanique.figure.solids import (
-    ACROSS,
+    IN_SPACE,
     ISOMETRIC,
     Camera,
     Floats,
@@ -42,8 +42,9 @@ PLATE_MARGIN = 0.3
 FLATNESS = 0.1
 """A box of the ground thinner than this share of its length is a plate."""
 
-CONE, POINTED = "solid cone", 0.5
-"""A cone is seen from another side if the cosine of its angle to the view is larger than this."""
+CONE, RING = "solid cone", "thin ring"
+ROUND = {CONE: (0.2, 0.5), "thin disk": (0.2, 0.95), RING: (0.2, 0.95)}
+"""Cosines of the angle between the axis and the view at which a round body is known as one."""
 
 STEPS = np.linspace(0.0, 1.0, 13)
 """Places along a solid that are tried for a letter."""
@@ -163,9 +164,8 @@ def setting(
     poses = np.asarray(reference.poses(q, t))
     drawn = tuple(_trim_plates(mechanism, poses, tuple(solids(mechanism, poses))))
     axes = side_of(mechanism, poses)
-    points_at_eye = [abs(float(s.pose[:3, 2] @ axes[2])) > POINTED for s in drawn if s.form == CONE]
-    if axes is ISOMETRIC and any(points_at_eye):
-        axes = ACROSS
+    if axes is ISOMETRIC:
+        axes = min(IN_SPACE, key=lambda view: round(_penalize_view(drawn, view), 6))
     seen = Setting(
         mechanism=mechanism,
         reference=reference,
@@ -183,6 +183,16 @@ def setting(
     paper = seen.camera.at(np.concatenate([*_spots(seen)] or [np.zeros((1, 3))]))
     wide, high = (max(float(length), least) for length in np.ptp(paper, axis=0))
     return replace(seen, camera=Camera(axes, min(extent[0] / wide, extent[1] / high)))
+
+
+def _penalize_view(drawn: tuple[Outline, ...], axes: Floats) -> float:
+    """Return how far round bodies are from a view in which they are known as such."""
+    total = 0.0
+    for solid in drawn:
+        least, most = ROUND.get(solid.form, (0.0, 1.0))
+        facing = abs(float(solid.pose[:3, 2] @ axes[2]))
+        total += max(least - facing, facing - most, 0.0)
+    return total
 
 
 def _spots(seen: Setting) -> Iterator[Floats]:

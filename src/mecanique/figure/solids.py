@@ -29,9 +29,11 @@ def _looking(azimuth: float, elevation: float) -> Floats:
 
 FRONT = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])
 TOP = np.array([[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]])
-ISOMETRIC = _looking(math.radians(-33.0), math.radians(18.0))
-ACROSS = _looking(math.radians(57.0), math.radians(18.0))
-"""A quarter turn about the vertical from the usual view."""
+IN_SPACE = tuple(
+    _looking(math.radians(-33.0 + turn), math.radians(18.0)) for turn in (0, 90, 30, -30, 60, -60)
+)
+ISOMETRIC = IN_SPACE[0]
+"""The usual view in space, then others from around the vertical."""
 
 
 @final

@@ -21,7 +21,7 @@ W = mq.Parameter("W", 5.0, "rad/s", "angular frequency of the base")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
 # the block on its base
-wall = mq.Visual(mq.Box((0.05, 0.4, 0.4)), rgba=(0.6, 0.6, 0.6, 1.0))
+wall = mq.Visual(mq.Box((0.05, 0.4, 0.3)), rgba=(0.6, 0.6, 0.6, 1.0))
 mechanism = mq.Mechanism(
     name="base_excited_mass",
     bodies=(
