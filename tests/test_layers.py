@@ -96,7 +96,7 @@ ORDER: dict[str, list[str]] = {
         "steady",
         "equations",
         "methods",
-        "reduction single_equation",
+        "reduction",
     ],
     "derivation.mechanics": [
         "letters vectors",
@@ -125,7 +125,7 @@ ORDER: dict[str, list[str]] = {
         "cutting",
         "balances",
         "lagrange newton_euler solution virtual_work",
-        "coefficients routh",
+        "reduced",
         "result",
     ],
     "reference": [

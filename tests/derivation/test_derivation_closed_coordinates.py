@@ -11,7 +11,7 @@ import pytest
 from mecanique import textbook
 from mecanique.derivation import derive
 from mecanique.derivation.equations import Equations
-from mecanique.derivation.single_equation import reduce_loops
+from mecanique.derivation.reduction import reduce_loops
 from mecanique.errors import InputError
 from mecanique.model import Coordinates, Mechanism, coordinate
 from mecanique.reference import Reference, assemble

@@ -15,7 +15,7 @@ import mecanique as mq
 from mecanique import textbook
 from mecanique.cli import app
 from mecanique.derivation.scalars.series import Ring
-from mecanique.derivation.symbolic.coefficients import _angle_of
+from mecanique.derivation.symbolic.reduced import _angle_of
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ yaw'' + 2 u lean' = 0 and 5 r lean'' - 6 r u yaw' - 4 g lean = 0, times m r²/4 
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -66,3 +67,14 @@ def test_the_coin_is_written_out_with_its_motion_and_the_meaning_of_its_letters(
     assert "M q'' + u C1 q' = 0 for q = (yaw, lean)." in text
     assert "free fall" not in text
     assert "deviations" not in text.replace("small deviations", "")
+
+
+def test_matrices_with_signs_are_not_broken_in_latex() -> None:
+    """A row was broken before the minus of an entry, within the matrix."""
+    bicycle = mq.textbook.load("whipple_bicycle")
+    text = steady_letters(bicycle, {}, {"x": 1.0}, ("roll", "steer")).latex()
+    for matrix in re.findall(r"\\begin\{bmatrix\}.*?\\end\{bmatrix\}", text, re.DOTALL):
+        assert "&=" not in matrix
+        assert "\\qquad" not in matrix
+    assert text.count("\\begin{bmatrix}") == 4
+    assert "$M \\ddot{q} + u C_{1} \\dot{q}" in text.replace("\n", " ")

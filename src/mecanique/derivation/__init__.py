@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from mecanique.derivation.equations import Solved
 from mecanique.derivation.methods import METHODS, derive
-from mecanique.derivation.reduction import Reduction, routh
-from mecanique.derivation.single_equation import SingleEquation, reduce_loops
+from mecanique.derivation.reduction import Reduction, SingleEquation, reduce_loops, routh
 
 __all__ = [
     "METHODS",

@@ -234,7 +234,9 @@ def _put_numbers(
         total = " + ".join(parts)
         if parts:
             terms.append(f"({total}) {rate}" if len(parts) > 1 else f"{total} {rate}")
-    return Ending(_MATRICES.format(" + ".join(terms), ", ".join(names)), tuple(lines))
+    letters = [line.name for line in lines if line.name not in mechanism.values]
+    explained = dict.fromkeys(letters, "matrix of the entries that bear its letter")
+    return Ending(_MATRICES.format(" + ".join(terms), ", ".join(names)), tuple(lines), explained)
 
 
 class _Motion:

@@ -163,7 +163,7 @@ def _open(piece: str, page: float, depth: int) -> list[str]:
 
 
 def _find_brackets(atoms: Sequence[str]) -> Iterator[tuple[int, int]]:
-    """Yield the positions of the outermost brackets."""
+    """Yield the positions of the outermost brackets, which matrices are not."""
     level, start = 0, 0
     for k, atom in enumerate(atoms):
         if _opens(atom) > 0:
@@ -171,14 +171,14 @@ def _find_brackets(atoms: Sequence[str]) -> Iterator[tuple[int, int]]:
             level += 1
         elif _opens(atom) < 0:
             level -= 1
-            if level == 0:
+            if level == 0 and not atoms[start].startswith("\\begin"):
                 yield start, k
 
 
 def _opens(atom: str) -> int:
-    if atom.startswith(("\\left", "\\Bigl")) or atom == "(":
+    if atom.startswith(("\\left", "\\Bigl", "\\begin")) or atom == "(":
         return 1
-    return -1 if atom.startswith(("\\right", "\\Bigr")) or atom == ")" else 0
+    return -1 if atom.startswith(("\\right", "\\Bigr", "\\end")) or atom == ")" else 0
 
 
 def _cut(formula: str) -> Iterator[str]:

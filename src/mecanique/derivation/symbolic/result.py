@@ -8,7 +8,6 @@ from math import inf
 
 from mecanique.derivation.printing.writers import Printed
 from mecanique.derivation.scalars.cancel import without_common_divisor
-from mecanique.derivation.symbolic.coefficients import reduce_to_one
 from mecanique.derivation.symbolic.derivation import (
     NO_ENDING,
     Derivation,
@@ -20,7 +19,7 @@ from mecanique.derivation.symbolic.derivation import (
 )
 from mecanique.derivation.symbolic.lagrange import ENERGY_INTEGRAL, Lagrange
 from mecanique.derivation.symbolic.multipliers import Quotient
-from mecanique.derivation.symbolic.routh import reduce_by_momenta
+from mecanique.derivation.symbolic.reduced import reduce_by_momenta, reduce_to_one
 from mecanique.derivation.symbolic.solution import solve
 from mecanique.derivation.symbolic.symbols import coordinate_of
 from mecanique.errors import DerivationError
