@@ -248,3 +248,12 @@ def test_relative_angles_cost_no_more_a_character_where_there_are_twice_as_many(
     spend(3)  # imports
     few, many = (min(spend(links) for _ in range(2)) for links in (4, 8))
     assert many < few  # measured: 0.08 of it
+
+
+def test_the_terms_of_forces_count() -> None:
+    """The springs of four hinges in space were 4,000 terms that nobody counted, a page of 7 MB."""
+    blocks = derive(textbook.load("two_blocks"))
+    free = derive(replace(textbook.load("two_blocks"), forces=()))
+    assert free.terms == 2
+    assert blocks.terms == free.terms + sum(map(len, blocks.derivation.Q))
+    assert blocks.terms > free.terms

@@ -203,11 +203,12 @@ class Equations(Dynamics):
 
     @cached_property
     def terms(self) -> int:
-        """Number of terms of M and h together; 0 if they have no closed form."""
+        """Number of terms of M, h and Q together; 0 if they have no closed form."""
         if not self.symbolic:
             return 0
-        upper = [entry for k, row in enumerate(self.derivation.M) for entry in row[k:]]
-        return sum(map(len, (*upper, *self.derivation.h)))
+        derivation = self.derivation
+        upper = [entry for k, row in enumerate(derivation.M) for entry in row[k:]]
+        return sum(map(len, (*upper, *derivation.h, *derivation.Q)))
 
     @property
     def legible(self) -> bool:
