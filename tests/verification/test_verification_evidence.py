@@ -415,6 +415,8 @@ def test_an_inertia_in_other_axes_or_about_the_world_is_turned_or_moved() -> Non
         np.testing.assert_allclose(np.diag(np.diag(tensor)), tensor, rtol=0, atol=1e-12)
         np.testing.assert_allclose(np.sort(np.diag(tensor)), principal, rtol=0, atol=1e-12)
     assert len(found["in its axes of figure"]) == 6
+    light = links._variants(moments_of(1e-9 * m, c, 1e-9 * inertia), pose, frame, root=True)
+    assert sum(slip.text == "in its axes of figure" for _, slip in light) == 6
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import pytest
 
+import mecanique as mq
 from mecanique.verification import Row, Verdict
 from mecanique.verification.verdict import Change, EngineReading, dissenters_among
 
@@ -179,3 +180,16 @@ def test_who_reads_otherwise_than_more_than_half_stands_apart(
     readings = [EngineReading(name, 0.0, alike=others) for name, others in alike.items()]
     readings.append(EngineReading("D", None))  # refused: it has no vote
     assert dissenters_among(readings) == apart
+
+
+@pytest.mark.parametrize("ratio", [1.0, 1e6])
+def test_what_moves_no_mass_is_told_from_what_moves_little(ratio: float) -> None:
+    bodies = [mq.Body(name, mq.particle(m)) for name, m in (("a", ratio), ("b", 1 / ratio))]
+    joints = (
+        mq.Prismatic(f"on_{name}", "ground", name, axis=(1, 0, 0), coordinate=name)
+        for name in ("a", "b", "c")
+    )
+    loose = mq.Mechanism("loose", (mq.Body("ground"), *bodies, mq.Body("c")), tuple(joints))
+    found = mq.verify(loose)
+    assert found.agrees
+    assert found.remarks[-1].endswith("which nothing determines: c' moves no mass")
