@@ -75,5 +75,6 @@ def test_what_is_pushed_on_its_way_is_cut_free() -> None:
     coil = mq.JointSpring("coil", "x", 3.0)
     held = replace(particle, forces=(coil,))
     lines = mq.derive(held, NEWTON_EULER).text(steps=True)
-    assert "R_y_x" in lines
+    assert "0 = -3 x - R_z_x" in lines
+    assert "along_y has no mass, and nothing else acts there: y and z together join" in lines
     assert mq.verify(held, samples=5).agrees

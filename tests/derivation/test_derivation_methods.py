@@ -119,7 +119,7 @@ def test_reactions_of_the_rod_pendulum_are_the_chapters() -> None:
         "R_pin_t": m * g * sin(q) + m * length * a / 2,
     }
     text = equations.text(steps=True)
-    assert "Identically zero: R_pin_k, M_pin_n, M_pin_t." in text
+    assert not any(name in text for name in ("R_pin_k", "M_pin_n", "M_pin_t"))
     assert "-m l q'^2/2 = m g cos(q) - R_pin_n" in text
     assert "m l^2 q''/3 = -m g l sin(q)/2" in text
 
@@ -183,14 +183,15 @@ def test_a_disk_has_no_distribution_along_a_line() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["double_pendulum", "cart_pole", "rotating_plate", "spherical_pendulum"]
+    ("name", "joined"),
+    [("double_pendulum", 2), ("cart_pole", 2), ("rotating_plate", 1), ("spherical_pendulum", 1)],
 )
-def test_reactions_do_no_virtual_work(name: str) -> None:
+def test_reactions_do_no_virtual_work(name: str, joined: int) -> None:
     equations = derive_system(name, "virtual_work")
     (stage,) = [
         stage for stage in equations.steps if stage.title == "Virtual work of the reactions"
     ]
-    assert len(stage.results) == len(textbook.load(name).joints)
+    assert len(stage.results) == joined
     assert not any(result.right for result in stage.results)
 
 
@@ -212,8 +213,8 @@ def test_reactions_on_a_body_that_turns_freely_do_no_virtual_work() -> None:
         for stage in derive(free, method="virtual_work").steps
         if stage.title == "Virtual work of the reactions"
     ]
-    assert len(stage.results) == 2
-    assert not any(result.right for result in stage.results)
+    (work,) = stage.results
+    assert not work.right
 
 
 def test_what_guides_coordinates_does_no_work_in_all() -> None:

@@ -6,15 +6,20 @@ origin of its frame: equations are solved only by moving terms, which keeps clos
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
 from typing import final
 
+import numpy as np
+
 from mecanique.derivation.mechanics.elements import UnitForce, unit_forces
 from mecanique.derivation.numeric.newton_euler import Balances
+from mecanique.derivation.printing.equations import expression, join
 from mecanique.derivation.scalars.cancel import tidy
+from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.cutting import (
     Cut,
@@ -29,6 +34,7 @@ from mecanique.derivation.symbolic.vectors import (
     SymbolicWrench,
     Vector,
     component,
+    cross,
     dot,
     lift,
     no_wrench,
@@ -36,6 +42,7 @@ from mecanique.derivation.symbolic.vectors import (
     total,
     zero,
 )
+from mecanique.derivation.tolerances import RANK
 from mecanique.derivation.tree.links import Link
 from mecanique.derivation.tree.poses import combination
 from mecanique.model.constraint_base import Strung
@@ -44,6 +51,7 @@ from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.expression import Scalar
 from mecanique.model.guides import explain_joint, guides_of
 from mecanique.model.mechanism import Mechanism
+from mecanique.wording import enumerate_words
 
 
 @final
@@ -73,7 +81,7 @@ class JointRate:
 def demands(
     cuts: Cuts,
     part: Callable[[Cut], SymbolicWrench],
-    free: Mapping[str, Sequence[JointRate]] | None = None,
+    relieve: Callable[[Cut, SymbolicWrench], SymbolicWrench] = lambda _, whole: whole,
 ) -> dict[str, SymbolicWrench]:
     """Return the wrench that every joint must transmit, by name of its child."""
     # Force and moment are in the axes of the child's carrier, the moment about the child's origin
@@ -83,10 +91,7 @@ def demands(
         behind.setdefault(cut.joint.parent, []).append(cut.body)
     for cut in reversed(cuts.bodies):
         carried = [cuts.hand_down(needed[c], c, cut.body) for c in behind.get(cut.body, ())]
-        whole = resultant([part(cut), *carried])
-        for rate in () if free is None else free[cut.body]:
-            whole = whole - rate.wrench * (rate.component(whole) + rate.rotor)
-        needed[cut.body] = whole.tidy()
+        needed[cut.body] = relieve(cut, resultant([part(cut), *carried])).tidy()
     return needed
 
 
@@ -199,6 +204,16 @@ class Guiding:
             balances.append((self._size(force), demands(self._cuts, resist)))
         return balances
 
+    def list_works(self, twist: Callable[[Cut], SymbolicWrench]) -> Iterator[Result]:
+        """Yield the work of each force in a displacement of the bodies, as a sum over these."""
+        for force, on in self._actions.items():
+            size = self._size(force)
+            bodies = [cut for cut in self._cuts.bodies if cut.body in on]
+            works = [tidy(self._sum(cut, {force: size}).power(twist(cut))) for cut in bodies]
+            if any(works):
+                shown = partial(join, [expression(work) for work in works if work])
+                yield Result(Left(f"δW_{size}"), tidy(self._algebra.ring.sum(works)), shown)
+
     def _sum(self, cut: Cut, sizes: Mapping[tuple[int, bool], Series]) -> SymbolicWrench:
         """Return the wrench on a body under forces of some sizes."""
         acting = [
@@ -307,28 +322,33 @@ class FreeBodies:
         """The guides that no element describes."""
         self._held = {name for guide in every for name in guide.coordinates}
         self.guiding = Guiding(self.cuts)
-        free = {
-            cut.body: [*self._free(cut), *self._find_idle_rates(cut)] for cut in self.cuts.bodies
-        }
-        self.demands = demands(
-            self.cuts, lambda cut: needs(cut) - cut.loads(), None if mechanism.elements else free
-        )
+        self.leaders = dict(self._find_leaders())
+        """The body without mass and load that leads a body and no other, by the body it leads."""
+        leading = {leader.body for leader in self.leaders.values()}
+        self.bodies = tuple(cut for cut in self.cuts.bodies if cut.body not in leading)
+        """The bodies that are cut free; joints on both sides of a leader are cut as one."""
+        self._idle: dict[str, dict[tuple[str, int], bool]] = {}
+        """The directions in which no joint that leads to a body transmits anything."""
+        relieve = (lambda _, whole: whole) if mechanism.elements else self._relieve
+        self.demands = demands(self.cuts, lambda cut: needs(cut) - cut.loads(), relieve)
         """The wrench that each joint must transmit to its child, by name of the child."""
         self.unknowns: dict[str, str] = dict(self.guiding.meanings)
         """The meaning of each reaction, by its name."""
         self.symbols: dict[str, SymbolicWrench] = {}
         """The wrench of each joint on its child in terms of named reactions, by child."""
         self._own: dict[str, SymbolicWrench] = {}
-        self.zeros: list[str] = []
+        self.zeros: list[tuple[str, bool]] = []
+        """The reactions that vanish though their joint is not free, and whether by plane motion."""
         self.closed: list[Result] = []
         self.guide_forces: list[Result] = []
         if mechanism.elements:
             self._find_guide_forces()
-        for cut in self.cuts.bodies:
-            named = len(self.zeros)
+        for cut in self.bodies:
             self._name_reactions(cut)
-            if not self.transmits(cut):
-                del self.zeros[named:]
+        for cut in reversed(self.cuts.bodies):
+            if (leader := self.leaders.get(cut.body)) is not None:
+                wrench = self.cuts.hand_down(self.symbols[cut.body], cut.body, leader.body)
+                self.symbols[leader.body] = wrench.tidy()
 
     @property
     def reactions(self) -> dict[str, Series]:
@@ -346,27 +366,34 @@ class FreeBodies:
         nothing = [ring.number(0)] * 3
         named = {"force": nothing.copy(), "moment": nothing.copy()}
         sums = {"force": [zero(ring)], "moment": [zero(ring)]}
+        zeros = list[tuple[str, bool]]()
+        if cut.body not in self._idle:
+            self._idle[cut.body] = self._find_idle(cut, demand)
+        idle = self._idle[cut.body]
         for d in cut.axes.directions:
             loose = [
                 rate
                 for rate in free
                 if rate.kind == d.kind and lift(ring, d.row) in (rate.axis, -rate.axis)
             ]
-            if loose:  # along this direction the joint transmits only the force of its rotor
-                sums[d.kind] += [rate.axis * -rate.rotor for rate in loose]
-                continue
             name = "_".join(filter(None, (letters[d.kind], cut.joint.name, d.label)))
-            value = component(d.row, demand.part(d.kind))
-            if value.vanishes():
-                self.zeros.append(name)
+            if loose or (d.kind, d.place) in idle:  # the joint transmits only a rotor's force
+                sums[d.kind] += [rate.axis * -rate.rotor for rate in loose if rate.rotor]
+                if not (loose or idle[d.kind, d.place]):
+                    zeros.append((name, cut.axes.across_plane(d)))
                 continue
+            value = component(d.row, demand.part(d.kind))
             R = d.sign * ring.unknown(name, Kind.REACTION)
             named[d.kind][d.place] = R
             sums[d.kind].append(lift(ring, d.row) * R)
-            self.unknowns[name] = describe_reaction(cut, d, guided=self.is_guided(cut))
+            self.unknowns[name] = describe_reaction(
+                cut, d, self.holder(cut), guided=self.is_guided(cut)
+            )
             self.closed.append(Result(Left(name), d.sign * value))
         self.symbols[cut.body] = SymbolicWrench(total(sums["force"]), total(sums["moment"]))
         self._own[cut.body] = SymbolicWrench(Vector(*named["force"]), Vector(*named["moment"]))
+        if self.transmits(cut):
+            self.zeros += zeros
 
     def _find_guide_forces(self) -> None:
         """Solve for the forces of elements, and remove their actions from the joints' wrenches."""
@@ -387,6 +414,29 @@ class FreeBodies:
         """Return whether a body's joint transmits any reaction."""
         return any(map(any, (self._own[cut.body].force, self._own[cut.body].moment)))
 
+    def list_chain(self, cut: Cut) -> list[Cut]:
+        """Return a body and the bodies without mass that lead it, toward the ground."""
+        chain = [cut]
+        while (leader := self.leaders.get(chain[-1].body)) is not None:
+            chain.append(leader)
+        return chain
+
+    def holder(self, cut: Cut) -> str:
+        """Return the body, or the ground, that holds a body by the joints that lead to it."""
+        return self.list_chain(cut)[-1].joint.parent
+
+    def explain_leaders(self, cut: Cut) -> str:
+        """Return a sentence that says by which joints and bodies a body is held as by one joint."""
+        chain = self.list_chain(cut)[::-1]
+        if len(chain) == 1 or not self.transmits(cut):
+            return ""
+        (*leaders, _), joints = ([x.body for x in chain], [x.joint.name for x in chain])
+        have = "has" if len(leaders) == 1 else "have"
+        return (
+            f"{enumerate_words(leaders)} {have} no mass, and nothing else acts there: "
+            f"{enumerate_words(joints)} together join {cut.body} to {self.holder(cut)}. "
+        )
+
     def is_guided(self, cut: Cut) -> bool:
         """Return whether a guide that no element describes acts across a body's joint."""
         return bool(explain_joint(self.guides, cut.joint.name))
@@ -406,34 +456,74 @@ class FreeBodies:
             guided |= {g.name for g in algebra.lift(algebra.values[name]).generators()}
         return [rate for rate in here if rate.name not in guided]
 
-    def _find_idle_rates(self, cut: Cut) -> Iterator[JointRate]:
-        """Yield the directions in which bodies without mass that lead a body transmit nothing.
+    def _find_leaders(self) -> Iterator[tuple[str, Cut]]:
+        """Yield each body that another leads, with nothing of its own, and that leader."""
+        cuts = {cut.body: cut for cut in self.cuts.bodies}
+        held = Counter(cut.joint.parent for cut in self.cuts.bodies)
+        driven = {rate.body for rate in self.rates if rate.rotor}
+        for cut in self.cuts.bodies:
+            leader = cuts.get(cut.joint.parent)
+            if leader is None or held[leader.body] > 1 or leader.inert or leader.applied:
+                continue
+            if driven.isdisjoint((cut.body, leader.body)) and not (
+                self.guiding.acting_on(leader) or self.is_guided(cut) or self.is_guided(leader)
+            ):
+                yield cut.body, leader
 
-        All joints from the ground to it transmit the same, as nothing acts between them: no force
-        along their slides, and if these and three hinges let it move at will, no moment.
-        """
-        before = {other.body: other for other in self.cuts.bodies}
-        parents = [other.joint.parent for other in self.cuts.bodies]
-        chain = [cut]
-        while chain[-1].joint.parent in before:
-            chain.append(before[chain[-1].joint.parent])
-            idle = not (chain[-1].inert or chain[-1].applied)
-            if not idle or parents.count(chain[-1].body) != 1:
-                return
-        rates = [rate for other in reversed(chain) for rate in self._free(other)]
-        kinds = [rate.kind for rate in rates]
-        slides = rates[: kinds.count("force")]
-        across = (not dot(a.axis, b.axis) for a, b in combinations(slides, 2))
-        bodies = {other.body for other in chain}
-        led = len(chain) > 1 and len(rates) == sum(rate.body in bodies for rate in self.rates)
-        # the slides come first, so that they stay parallel to themselves
-        if not led or kinds != sorted(kinds) or not all(across) or any(x.rotor for x in rates):
-            return
-        for rate in slides:
-            yield replace(rate, axis=self.cuts.carry(rate.axis, rate.body, cut.body).tidy())
-        if kinds == ["force"] * 3 + ["moment"] * 3:
-            for unit in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):
-                yield replace(rates[-1], axis=lift(self.algebra.ring, unit))
+    def _relieve(self, cut: Cut, whole: SymbolicWrench) -> SymbolicWrench:
+        """Return what a joint must transmit, without what the equations of motion make zero."""
+        idle = self._idle[cut.body] = self._find_idle(cut, whole) if cut in self.bodies else {}
+        for rate in self._free(cut):
+            whole = whole - rate.wrench * (rate.component(whole) + rate.rotor)
+        if idle:
+            parts = {"force": [zero(self.algebra.ring)], "moment": [zero(self.algebra.ring)]}
+            for d in cut.axes.directions:
+                if (d.kind, d.place) not in idle:
+                    row = lift(self.algebra.ring, d.row)
+                    parts[d.kind].append(row * component(d.row, whole.part(d.kind)))
+            whole = SymbolicWrench(*map(total, parts.values()))
+        return whole
+
+    def _find_idle(self, cut: Cut, whole: SymbolicWrench) -> dict[tuple[str, int], bool]:
+        """Return the directions in which a body's joints transmit nothing, True where all free."""
+        # In each twist the transmitted wrench has no power: the free motions of the joints, then
+        # what the body needs nothing in: directions, and turns about its center of mass. What these
+        # span is idle, in all states if it is in a generic one.
+        ring, nothing, chain = self.algebra.ring, zero(self.algebra.ring), self.list_chain(cut)
+        twists, units = list[SymbolicWrench](), dict[tuple[str, int], SymbolicWrench]()
+        for rate in (rate for other in chain for rate in self._free(other) if not rate.rotor):
+            axis = self.cuts.carry(rate.axis, rate.body, cut.body)
+            if rate.kind == "moment":
+                arm = self.cuts.between_seats(rate.body, cut.body)
+                arm = self.cuts.carry(arm, rate.body, cut.body)
+                twists.append(SymbolicWrench(cross(axis, arm), axis))
+            else:
+                twists.append(SymbolicWrench(axis, nothing))
+        free, needless = len(twists), whole.about(-cut.center).moment
+        for d in cut.axes.directions:
+            row = lift(ring, d.row)
+            unit = SymbolicWrench(*((row, nothing) if d.kind == "force" else (nothing, row)))
+            units[d.kind, d.place] = unit
+            if component(d.row, whole.part(d.kind)).vanishes():
+                twists.append(unit)
+            elif d.kind == "moment" and component(d.row, needless).vanishes():
+                twists.append(SymbolicWrench(cross(cut.center, row), row))
+        value = Evaluation(ring, self.algebra.generic)
+        with np.errstate(invalid="ignore"):  # what is not defined there is no condition
+            rows = [
+                (*map(value, x.force), *map(value, x.moment)) for x in (*twists, *units.values())
+            ]
+        matrix = np.array(rows)
+        matrix /= np.linalg.norm(matrix, axis=1, keepdims=True)
+        matrix[~np.isfinite(matrix).all(axis=1)] = 0.0
+        by_freedom, by_all = (
+            _lie_within(matrix[len(twists) :], matrix[:count]) for count in (free, len(twists))
+        )
+        return {
+            key: bool(alone)
+            for key, alone, idle in zip(units, by_freedom, by_all, strict=True)
+            if idle
+        }
 
     def acting(self, cut: Cut) -> SymbolicWrench:
         """Return all that acts on a body, about the fixed point, or else the center of mass."""
@@ -445,6 +535,11 @@ class FreeBodies:
         ]
         direct = (cut.weight, cut.loads(), self.guiding.on(cut), self.symbols[cut.body])
         return cut.about_reference(resultant([*direct, *joints]))
+
+    def repeats(self, cut: Cut) -> bool:
+        """Return whether a body's moments only repeat its forces, as those of a particle do."""
+        rest = self.acting(cut) - cut.about_reference(cut.push)
+        return cut.fixed and not any(rest.about(-cut.center).tidy().moment)
 
     def acting_along(self, cut: Cut) -> SymbolicWrench:
         """Return all that acts on a body along the axes in which its equations are written."""
@@ -459,6 +554,14 @@ class FreeBodies:
         """Return the sums of reactions along guided joints, zero for each virtual displacement."""
         sums = project(self.cuts, self.rates, self.symbols, rotors=False)
         return [Result(whole, self.algebra.ring.number(0)) for whole in sums if whole]
+
+
+def _lie_within(rows: np.ndarray, span: np.ndarray) -> np.ndarray:
+    """Return which unit rows, shape (k, 6), are sums of others, shape (n, 6)."""
+    _, sizes, basis = np.linalg.svd(span, full_matrices=False)
+    basis = basis[sizes > RANK]
+    rest = np.linalg.norm(rows - rows @ basis.T @ basis, axis=1)
+    return np.asarray(rows.any(axis=1) & (rest < RANK))
 
 
 def needs(cut: Cut) -> SymbolicWrench:

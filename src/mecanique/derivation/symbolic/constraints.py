@@ -67,8 +67,7 @@ def bonds_of(kinematics: Kinematics) -> tuple[Bond, ...]:
 def ties_of(kinematics: Kinematics, bonds: Sequence[Bond]) -> tuple[Tie, ...]:
     """Return the equations of all loops, then of contacts, then of velocity constraints."""
     met = sorted((tie for bond in bonds for tie in bond.ties), key=lambda tie: tie.of_contact)
-    constraining = [tie for tie in met if not tie.demand.vanishes()]
-    return (*constraining, *_velocity_constraints(kinematics))
+    return (*met, *_velocity_constraints(kinematics))
 
 
 def _write_contact(kinematics: Kinematics, contact: Contact) -> Bond:
@@ -94,7 +93,7 @@ def _write_contact(kinematics: Kinematics, contact: Contact) -> Bond:
     place, *directions = (lift(ring, vector).tidy() for vector in (met.place, *met.directions))
     bodies = (contact.body, contact.on)
     moved = [_velocity(kinematics, body, place) for body in bodies]
-    ties = []
+    ties, units = list[Tie](), list[SymbolicWrench]()
     for row, direction in zip(contact.rows, directions, strict=True):
         if isinstance(contact, Rolling) and row == "normal":
             start = kinematics.point(contact.on, contact.plane.xyz)
@@ -108,12 +107,14 @@ def _write_contact(kinematics: Kinematics, contact: Contact) -> Bond:
         if row == "side":
             meaning = f"force of {contact.on} on {contact.body} across the blade {contact.name} [N]"
         name = f"{contact.name}_{row}"
-        ties.append(_tie(kinematics, name, demand, meaning, of_velocities=row != "normal"))
+        if not demand.vanishes():  # what the joints keep already needs no force
+            ties.append(_tie(kinematics, name, demand, meaning, of_velocities=row != "normal"))
+            units.append(SymbolicWrench(direction, zero(ring)))
     return Bond(
         name=contact.name,
         ends=((contact.body, place), (contact.on, place)),
         ties=tuple(ties),
-        units=tuple(SymbolicWrench(direction, zero(ring)) for direction in directions),
+        units=tuple(units),
         assumptions=tuple(assumptions),
     )
 

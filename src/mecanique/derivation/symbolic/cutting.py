@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Any, final
 
 import numpy as np
 
 from mecanique.derivation.mechanics.forces import actions_of
+from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.constraints import bonds_of, ties_of
 from mecanique.derivation.symbolic.derivation import Assumption, Tie
@@ -32,13 +33,17 @@ from mecanique.derivation.tree.poses import (
     Matrix,
     combination,
     poses,
+    times_point,
     transpose,
 )
 from mecanique.model.guides import Guide
 from mecanique.model.joints import Joint, Revolute
 from mecanique.model.mechanism import Mechanism
+from mecanique.wording import enumerate_words
 
 _UNITS = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+_KINDS = ("force", "moment")
+_LABELS = ("x", "y", "z")
 
 
 @final
@@ -65,7 +70,8 @@ class Axes:
     turns: Sequence[Sequence[Any]]  # shape (3, 3), directions of moments
     turn_labels: tuple[str, str, str]  # name of each; "" for the normal of a plane
     sentence: str  # a sentence that introduces them to the reader
-    whose: str = "the world"  # name of the body whose axes x, y and z are, or "the world"
+    # names of the bodies, or "the world", whose axes x, y and z forces and moments are along
+    whose: Mapping[str, str] = field(default_factory=lambda: dict.fromkeys(_KINDS, "the world"))
 
     def along(self, wrench: SymbolicWrench) -> SymbolicWrench:
         """Return the components of a wrench, or of a twist, along these directions."""
@@ -79,20 +85,20 @@ class Axes:
         for k, row in enumerate(self.turns):
             yield Direction("moment", k, row, self.turn_labels[k], 1)
 
+    def across_plane(self, direction: Direction) -> bool:
+        """Return whether it is a force across a plane of motion, or a moment along that."""
+        flat = "" in self.turn_labels
+        return flat and bool(self.turn_labels[direction.place]) == (direction.kind == "moment")
+
 
 def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axes:
     """Choose the axes for the equations of a body."""
     # The single body of a pendulum gets n from the pin to the center of mass and t perpendicular,
-    # in the sense of its angle, as in Fundamentals of Dynamics, Figure 1.4; bodies in plane motion
-    # get the world's axes, all others their own
+    # in the sense of its angle, as in Fundamentals of Dynamics, Figure 1.4; other bodies in plane
+    # motion get the world's axes, or those of the slide that leads their center of mass
     mechanism = kinematics.algebra.mechanism
     if normal is None:
-        carrier = kinematics.carrier(body)
-        rows = transpose(kinematics.turn(kinematics.place[body]))
-        turned = carrier >= 0 or rows != [list(unit) for unit in _UNITS]
-        whose = body if turned else "the world"
-        sentence = f"x, y and z are the axes of {whose}; moments are taken about them."
-        return Axes(rows, ("x", "y", "z"), (1, 1, 1), rows, ("x", "y", "z"), sentence, whose)
+        return _axes_in_space(kinematics, body)
     if (swing := find_swing(mechanism, body)) is not None:
         joint, n, t = swing
         rotation = kinematics.turn(kinematics.place[body])
@@ -109,20 +115,95 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
         return Axes(rows, ("n", "t", "k"), (-1, 1, 1), rows, ("n", "t", ""), sentence)
     at = int(np.abs(normal).argmax())
     sign = 1 if normal[at] > 0 else -1
-    turns = [list(unit) for unit in _UNITS]
-    turns[at][at] = sign
-    labels = ("x", "y", "z")
-    plane = " and ".join(label for k, label in enumerate(labels) if k != at)
-    moments: tuple[str, ...] = tuple("" if k == at else label for k, label in enumerate(labels))
+    about = [sign * entry for entry in _UNITS[at]]
+    ring = kinematics.algebra.ring
     if not any(link.kind == "turn" for link in kinematics.tree):
-        return Axes(
-            _UNITS, labels, (1, 1, 1), _UNITS, labels, "x, y and z are the axes of the world."
+        sentence = "x, y and z are the axes of the world."
+        return Axes(_UNITS, _LABELS, (1, 1, 1), _UNITS, _LABELS, sentence)
+    pivot, rows, whose = _find_pivot(kinematics, body), [*map(list, _UNITS)], "the world"
+    if pivot >= 0 and kinematics.tree[pivot].kind == "slide" and not kinematics.stands(pivot):
+        rows, whose = kinematics.axes(pivot, body), _name_axes(kinematics, pivot)
+        at = next(
+            k for k, row in enumerate(rows) if not any(cross(lift(ring, row), lift(ring, about)))
         )
+    plane = " and ".join(label for k, label in enumerate(_LABELS) if k != at)
+    x, y, z = ("" if k == at else label for k, label in enumerate(_LABELS))
+    turns = [about if k == at else row for k, row in enumerate(rows)]
+    axis = f"{'-' if sign < 0 else ''}{_LABELS[int(np.abs(normal).argmax())]}"
     sentence = (
-        f"{plane} are the axes of the world; forces are positive along them, moments about "
-        f"{'-' if sign < 0 else ''}{labels[at]}."
+        f"{plane} are the axes of {whose}; forces are positive along them, moments about {axis}."
     )
-    return Axes(_UNITS, labels, (1, 1, 1), turns, (moments[0], moments[1], moments[2]), sentence)
+    return Axes(rows, _LABELS, (1, 1, 1), turns, (x, y, z), sentence, dict.fromkeys(_KINDS, whose))
+
+
+def _axes_in_space(kinematics: Kinematics, body: str) -> Axes:
+    """Choose axes for a body in space: its own, or those that do not take part in its spin."""
+    # A last body may turn about hinges through its center of mass without moving that, and about an
+    # axis of symmetry without changing its moments of inertia: axes before these turns are shorter
+    place = kinematics.place[body]
+    rows = turns = transpose(kinematics.turn(place))
+    whose = whose_turns = _name_axes(kinematics, place)
+    constant = ""
+    joints = kinematics.algebra.mechanism.joints
+    if kinematics.algebra.mechanism.body(body).mass != 0 and all(j.parent != body for j in joints):
+        link, center = kinematics.tree[place], _find_pivot(kinematics, body)
+        if center != place:
+            rows, whose = kinematics.axes(center, body), _name_axes(kinematics, center)
+        if link.kind == "turn" and _is_symmetric(kinematics, body, link.axis):
+            turns = transpose(kinematics.turn_before(place))
+            whose_turns = f"the frame of joint {link.joint}"
+            if turns == transpose(kinematics.turn(link.parent)):
+                whose_turns = _name_axes(kinematics, link.parent)
+            constant = (
+                f", which do not spin with {body}: it is symmetric about the axis of {link.joint}, "
+                "so that its moments of inertia are constant in them too"
+            )
+    said = f"x, y and z are the axes of {whose}"
+    if whose != whose_turns:
+        said = f"Forces are along x, y and z of {whose}, moments about those of {whose_turns}"
+    elif not constant:
+        said += "; moments are taken about them"
+    return Axes(
+        rows,
+        _LABELS,
+        (1, 1, 1),
+        turns,
+        _LABELS,
+        f"{said}{constant}.",
+        {"force": whose, "moment": whose_turns},
+    )
+
+
+def _name_axes(kinematics: Kinematics, place: int) -> str:
+    """Name the body whose axes a link's are, or the world."""
+    if kinematics.stands(place):
+        return "the world"
+    link = kinematics.tree[place]
+    return link.body or f"the link within {link.joint}"
+
+
+def _find_pivot(kinematics: Kinematics, body: str) -> int:
+    """Return the first link, −1 for the ground, in whose axes a body's center of mass is fixed."""
+    place, algebra = kinematics.place[body], kinematics.algebra
+    at = [*map(algebra.series, algebra.mechanism.body(body).center)]
+    while place >= 0 and (link := kinematics.tree[place]).kind in ("turn", "ball"):
+        axis = lift(algebra.ring, link.axis)
+        across = at if link.kind == "ball" else cross(axis, lift(algebra.ring, at))
+        if any(map(tidy, across)):
+            break
+        at = [*map(algebra.lift, times_point(kinematics.origin_of(link), at))]
+        place = link.parent
+    return place
+
+
+def _is_symmetric(kinematics: Kinematics, body: str, axis: Sequence[float]) -> bool:
+    """Return whether a body's mass lies alike about an axis of its frame, through its origin."""
+    if sorted(map(abs, axis)) != [0, 0, 1]:
+        return False
+    J, k = kinematics.moments(body), [*map(abs, axis)].index(1)
+    i, j = (k + 1) % 3, (k + 2) % 3
+    unlike = (J[i][i] - J[j][j], J[i][j], J[i][k], J[j][k], J[i][3], J[j][3])
+    return all(kinematics.algebra.lift(entry).vanishes() for entry in unlike)
 
 
 def normal_of(kinematics: Kinematics) -> np.ndarray | None:
@@ -350,6 +431,22 @@ class Cuts:
         return Vector(*(outer[i][k] - outer[k][i] for i, k in ((1, 2), (2, 0), (0, 1))))
 
 
+_MOST_ZEROS = 5
+"""Reactions that vanish are listed by name if they are fewer than this."""
+
+
+def say_zeros(zeros: Sequence[tuple[str, bool]]) -> str:
+    """Say why reactions that are not listed vanish, by name and whether they are across a plane."""
+    reasons = ["no joint transmits anything in the directions in which it is free"]
+    if any(across for _, across in zeros):
+        reasons.append("nothing acts out of the plane of the motion")
+    rest = [name for name, across in zeros if not across]
+    if rest:
+        what = enumerate_words(rest) if len(rest) < _MOST_ZEROS else "the rest"
+        reasons.append(f"no body needs {what}")
+    return f"Components that are not listed are zero: {'; '.join(reasons)}."
+
+
 def state_momentum_balance(cut: Cut, moving: bool) -> str:
     """Return the sentence that introduces the balance of forces of a body."""
     if moving:
@@ -393,22 +490,22 @@ def explain_guides(guides: Sequence[Guide]) -> str:
     )
 
 
-def describe_reaction(cut: Cut, d: Direction, *, guided: bool) -> str:
-    """Describe a component of a reaction, with its unit."""
-    exerted = f"that {cut.joint.parent} exerts on {cut.body} in {cut.joint.name}"
+def describe_reaction(cut: Cut, d: Direction, holder: str, *, guided: bool) -> str:
+    """Describe a component of the reaction that a body or the ground exerts, with its unit."""
+    exerted = f"that {holder} exerts on {cut.body} in {cut.joint.name}"
     if guided:
         exerted = f"of reaction and guides together across {cut.joint.name} on {cut.body}"
     if d.kind == "moment":
         about = "in the positive sense of moments"
         if d.label:
-            about = f"about {d.label}{_say_whose(cut, d.label)}"
+            about = f"about {d.label}{_say_whose(cut, d)}"
         return f"moment {exerted}, {about} [N·m]"
-    where = f"along {d.label}{_say_whose(cut, d.label)}"
+    where = f"along {d.label}{_say_whose(cut, d)}"
     if d.sign < 0:
         where = f"towards {cut.joint.name}"
     return f"force {exerted}, {where} [N]"
 
 
-def _say_whose(cut: Cut, label: str) -> str:
+def _say_whose(cut: Cut, d: Direction) -> str:
     """Say whose axes x, y and z are, where the sentence about the axes does not."""
-    return f" of {cut.axes.whose}" if label in ("x", "y", "z") else ""
+    return f" of {cut.axes.whose[d.kind]}" if d.label in _LABELS else ""

@@ -18,7 +18,7 @@ from mecanique.derivation.scalars.series import TIMED, Kind, Series
 from mecanique.derivation.symbolic.derivation import Left, Result, Stage, list_components
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import SymbolicWrench, Vector, lift, zero
-from mecanique.derivation.tree.links import links, place_of
+from mecanique.derivation.tree.links import Link, links, place_of
 from mecanique.derivation.tree.poses import (
     IDENTITY,
     Matrix,
@@ -29,6 +29,7 @@ from mecanique.derivation.tree.poses import (
     plus,
     product,
     times_point,
+    transpose,
 )
 from mecanique.errors import DerivationError
 from mecanique.model.expression import Scalar
@@ -58,7 +59,7 @@ class Kinematics:
         for place, link in enumerate(self.tree):
             parent = self._relative[link.parent] if link.parent >= 0 else IDENTITY
             carrier = self._of(link.parent)
-            seat = product(parent, origin(link.origin, values, arithmetic))
+            seat = product(parent, self.origin_of(link))
             pose = product(seat, local(link, values, arithmetic))
             if link.kind in ("ball", "free"):
                 if carrier >= 0 or any(moves(entry) for row in parent for entry in row[:3]):
@@ -209,8 +210,20 @@ class Kinematics:
     def turn_before(self, place: int) -> Matrix:
         """Return the axes of a link before its own joint turns it, in those of its carrier."""
         link = self.tree[place]
-        fixed = origin(link.origin, self.algebra.values, self.algebra.arithmetic)
-        return [row[:3] for row in product(self._pose(link.parent), fixed)]
+        return [row[:3] for row in product(self._pose(link.parent), self.origin_of(link))]
+
+    def origin_of(self, link: Link) -> Matrix:
+        """Return the pose of a link's frame in its parent, before its own joint moves it."""
+        return origin(link.origin, self.algebra.values, self.algebra.arithmetic)
+
+    def axes(self, place: int, body: str) -> Matrix:
+        """Return the axes of a link, a row each, in those of a body's carrier."""
+        start, end = self._of(place), self.carrier(body)
+        return [[*self.between(axis, start, end)] for axis in transpose(self.turn(place))]
+
+    def stands(self, place: int) -> bool:
+        """Return whether the axes of a link are those of the world."""
+        return self._of(place) < 0 and self.turn(place) == [[*row[:3]] for row in IDENTITY]
 
     def moments(self, body: str) -> Matrix:
         """Return the mass moments of a body about its origin, four rows of four scalars."""

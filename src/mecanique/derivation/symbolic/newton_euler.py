@@ -19,6 +19,7 @@ from mecanique.derivation.symbolic.balances import (
 from mecanique.derivation.symbolic.cutting import (
     Cut,
     explain_guides,
+    say_zeros,
     state_moment_balance,
     state_momentum_balance,
 )
@@ -77,8 +78,7 @@ class NewtonEuler:
         loads = [
             load.linear(names)[1] for load in project(self.cuts, rates, self._loads, rotors=False)
         ]
-        named = (*ties, *(tie for bond in self.cuts.bonds for tie in bond.ties))
-        multipliers = {f"lambda_{tie.name}": tie.meaning for tie in named}
+        multipliers = {f"lambda_{tie.name}": tie.meaning for tie in ties}
         Q = tuple(by_velocity(load, algebra.velocities) for load in loads)
         rest = [a - b for a, b in zip(h, Q, strict=True)]
         loops = [tie for tie in ties if not tie.of_contact]
@@ -91,7 +91,7 @@ class NewtonEuler:
                 *quaternion_stages(algebra),
                 *inertia_stages(self.cuts.kinematics),
                 *loop_stages(loops, of_forces=True),
-                *(stage for cut in self.cuts.bodies for stage in self._balance(cut)),
+                *(stage for cut in self.balances.bodies for stage in self._balance(cut)),
                 *self._eliminate(),
                 *redundancy_stages(algebra.mechanism),
                 *multiplier_stages(algebra, M, rest, ties),
@@ -118,21 +118,22 @@ class NewtonEuler:
             return
         what = enumerate_words(acting_on) if acting_on else "nothing"
         sentence = (
-            f"Cut free, {cut.body} is acted on by {what}. {cut.axes.sentence} "
+            f"{self.balances.explain_leaders(cut)}Cut free, {cut.body} is acted on by {what}. "
+            f"{cut.axes.sentence} "
             f"{state_momentum_balance(cut, bool(moving))}"
         )
         yield Stage(f"Free body {cut.body}: forces", sentence, (*moving, *forces))
         stored = cut.axes.along(cut.about_reference(cut.momentum)).moment
         momenta = list_components(f"H_{cut.body}", cut.axes.turn_labels, stored)
-        if moments:
+        if moments and not self.balances.repeats(cut):
             yield Stage(
                 f"Free body {cut.body}: moments", state_moment_balance(cut), (*momenta, *moments)
             )
 
     def _list_acting(self, cut: Cut) -> list[str]:
         """List in words the forces that act on a body."""
-        every = [child for child in self.cuts.bodies if child.joint.parent == cut.body]
-        hung = [child for child in every if self.balances.transmits(child)]
+        every = [child for child in self.balances.bodies if self.balances.transmits(child)]
+        hung = [child for child in every if self.balances.holder(child) == cut.body]
         return [
             *(
                 [f"{self._name_total(cut)} {cut.joint.name}"]
@@ -169,16 +170,22 @@ class NewtonEuler:
 
     def _eliminate(self) -> Iterator[Stage]:
         """Yield the steps with the reactions and the forces of guides in closed form."""
-        sentence = (
-            "From the tips to the ground, the balances of each body give the reaction in its "
-            "joint; the motion then gives its value at any time."
-        )
-        if self.balances.zeros:
-            sentence += f" Identically zero: {', '.join(self.balances.zeros)}."
-        idle = [cut.joint.name for cut in self.cuts.bodies if not self.balances.transmits(cut)]
+        sentences = []
+        if self.balances.closed:
+            sentences = [
+                "From the tips to the ground, the balances of each body give the reaction in its "
+                "joint; the motion then gives its value at any time.",
+                say_zeros(self.balances.zeros),
+            ]
+        idle = [
+            other.joint.name
+            for cut in self.balances.bodies
+            if not self.balances.transmits(cut)
+            for other in reversed(self.balances.list_chain(cut))
+        ]
         if idle:
             transmit = "transmits" if len(idle) == 1 else "transmit"
-            sentence += f" {enumerate_words(idle)} {transmit} nothing."
+            sentences.append(f"{enumerate_words(idle)} {transmit} nothing.")
         if self.balances.guiding.names:
             yield Stage(
                 "Forces of the elements",
@@ -187,8 +194,8 @@ class NewtonEuler:
                 + ("" if self.balances.guide_forces else " Their closed forms would be long."),
                 tuple(self.balances.guide_forces),
             )
-        if self.balances.closed or self.balances.zeros or idle:
-            yield Stage(REACTIONS, sentence, tuple(self.balances.closed))
+        if sentences:
+            yield Stage(REACTIONS, " ".join(sentences), tuple(self.balances.closed))
         if self.balances.guides:
             yield Stage("Undetermined reactions", explain_guides(self.balances.guides))
         if len(self.balances.rates) == len(self.algebra.velocities) or self.balances.guiding.names:
@@ -207,16 +214,15 @@ class NewtonEuler:
 
     def _close(self) -> str:
         at = (
-            "Substituted into the balances along and about the free directions of the joints, "
-            "{}the reactions leave one equation for each velocity{} "
+            "With the reactions inserted, the balances along and about the free directions of the "
+            "joints{} leave one equation for each velocity{}"
         )
         unknown = "The forces λ of the {} remain as unknowns; the {} add as many equations{}"
         if self.algebra.mechanism.loops:
-            return at.format("", ".") + unknown.format("loops", "loops", ", Φ = 0.")
+            return f"{at.format('', '.')} {unknown.format('loops', 'loops', ', Φ = 0.')}"
         if self.algebra.mechanism.contacts:
             held = "conditions of rolling, Φ = 0 and ψ = 0,"
-            return at.format("", ".") + unknown.format("contacts", held, ".")
-        idle = "where these transmit nothing, "
-        if len(self.balances.rates) != len(self.algebra.velocities):
-            idle += "and into the sums for the guided coordinates, "
-        return at.format(idle, ", without unknown forces.").rstrip()
+            return f"{at.format('', '.')} {unknown.format('contacts', held, '.')}"
+        guided = len(self.balances.rates) != len(self.algebra.velocities)
+        sums = ", and the sums for the guided coordinates," if guided else ""
+        return at.format(sums, ", without unknown forces.")

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from math import inf
 
 from mecanique.derivation.printing.writers import Printed
 from mecanique.derivation.scalars.cancel import without_common_divisor
+from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import (
     NO_ENDING,
     Derivation,
@@ -20,7 +21,7 @@ from mecanique.derivation.symbolic.derivation import (
 from mecanique.derivation.symbolic.lagrange import ENERGY_INTEGRAL, Lagrange
 from mecanique.derivation.symbolic.multipliers import Quotient
 from mecanique.derivation.symbolic.reduced import reduce_by_momenta, reduce_to_one
-from mecanique.derivation.symbolic.solution import solve
+from mecanique.derivation.symbolic.solution import EliminatedSolution, solve
 from mecanique.derivation.symbolic.symbols import coordinate_of
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
@@ -30,6 +31,9 @@ _INTEGRALS = (ENERGY_INTEGRAL, "Jacobi's integral")
 
 _LONGEST_OF_LOOPS = 20
 """Most terms of an acceleration of loops, and of a line of equations reduced further."""
+
+_LONGEST_INSERTED = 6
+"""Most terms of a force that is listed once more with the acceleration inserted."""
 
 _ELIMINATED = (
     "The other velocities follow from theirs. To the equation of each free coordinate those of the "
@@ -75,7 +79,10 @@ def result_of(derivation: Derivation) -> Ending:
         if solved.forces:
             by = "" if solved.accelerations else " from the accelerations"
             said.append(f"The forces of the constraints follow{by}.")
-        pairs = [*solved.accelerations.items(), *solved.forces.items()]
+        inserted = _insert(derivation.reactions, solved)
+        if inserted:
+            said.append(f"Inserted, they give {enumerate_words([*inserted])}.")
+        pairs = [*solved.accelerations.items(), *solved.forces.items(), *inserted.items()]
         lines += [value.equate(name) for name, value in pairs]
         lines += solved.turned
     reduced = _reduce(derivation.algebra.mechanism, pointing=not lines)
@@ -101,6 +108,18 @@ def _reduce(mechanism: Mechanism, *, pointing: bool) -> Ending:
             return reduced.ending
         return Ending(_ELSEWHERE) if mechanism.loops and pointing else NO_ENDING
     return NO_ENDING
+
+
+def _insert(reactions: Mapping[str, Series], solved: EliminatedSolution) -> dict[str, Quotient]:
+    """Return the forces in joints and elements that one acceleration makes short when inserted."""
+    if len(solved.accelerations) != 1:
+        return {}
+    moved = {
+        name: solved.insert(force)
+        for name, force in reactions.items()
+        if Kind.ACCELERATION in force.kinds and Kind.REACTION not in force.kinds
+    }
+    return {name: force for name, force in moved.items() if len(force.above) <= _LONGEST_INSERTED}
 
 
 def _say_where(values: Iterable[Quotient]) -> str:

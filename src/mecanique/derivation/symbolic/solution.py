@@ -83,6 +83,11 @@ class EliminatedSolution:
         """Each constraint force by name; of accelerations, if those have no closed form."""
         return self.find_forces()
 
+    def insert(self, force: Series) -> Quotient:
+        """Return a force with the accelerations inserted."""
+        factors, rest = force.linear([*self.accelerations])
+        return _combine(rest, factors, [*self.accelerations.values()])
+
     @cached_property
     def equations(self) -> tuple[Equation, ...]:
         """The rows as they are printed, empty if one of them says nothing."""

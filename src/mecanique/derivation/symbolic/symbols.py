@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
+from functools import cached_property
 from itertools import chain, count
 from typing import Any, final
+
+import numpy as np
 
 from mecanique.derivation.numeric.newton_euler import refuse_misfits
 from mecanique.derivation.scalars.elementary import sqrt
@@ -23,6 +26,8 @@ from mecanique.derivation.tree.poses import (
 from mecanique.model.expression import Scalar, evaluate, symbols_in
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism_units import characteristic_length
+from mecanique.model.random_positions import draw_positions
 
 MOST_TERMS = 5_000
 """The longest series: enough for a robot with six hinges; longer ones are refused in seconds."""
@@ -129,6 +134,16 @@ class Algebra:
         for signal in self.mechanism.inputs:
             values[signal.symbol] = signal.function(self.mechanism.values)(0.0)
         return float(value_of(series, values))
+
+    @cached_property
+    def generic(self) -> dict[str, float]:
+        """Values of parameters, coordinates, inputs and t at which nothing holds by chance."""
+        mechanism = self.mechanism
+        random, length = np.random.default_rng(0), characteristic_length(mechanism)
+        (q,) = draw_positions(mechanism, 1, random, length).tolist()
+        given = {name: value or 0.1 for name, value in mechanism.values.items()}
+        given |= {"t": 0.3, **dict.fromkeys((s.symbol for s in mechanism.inputs), 0.2)}
+        return given | dict(zip(mechanism.coordinates, q, strict=True))
 
     def _float(self, value: float) -> Series:
         """Return a float as the fraction, or the square root of a fraction, that it represents."""

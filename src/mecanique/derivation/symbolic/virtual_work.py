@@ -340,7 +340,7 @@ class VirtualWork:
     def derivation(self) -> Derivation:
         """Return the equations of motion with their steps."""
         algebra, ring = self.algebra, self.algebra.ring
-        stages = [stage for cut in self.cuts.bodies for stage in self._body(cut)]
+        stages = [stage for cut in self.balances.bodies for stage in self._body(cut)]
         ledger, displacements = self._ledger, self._displacements
         inertia = [*ledger.inertia, *ledger.weights, *self._rotors()]
         M, h = mass_and_bias(algebra, [-c for c in displacements.coefficients(inertia)])
@@ -350,8 +350,7 @@ class VirtualWork:
         slopes = [list(map(tidy, tie.slopes(ring))) for tie in ties]
         S = self._independent(slopes) if ties else []
         known = not algebra.mechanism.velocity_constraints
-        met = [tie for bond in self.cuts.bonds for tie in bond.ties]
-        self._unknowns |= {f"lambda_{tie.name}": tie.meaning for tie in (*met, *ties)}
+        self._unknowns |= {f"lambda_{tie.name}": tie.meaning for tie in ties}
         return Derivation(
             algebra=algebra,
             M=M,
@@ -423,14 +422,15 @@ class VirtualWork:
         title, displacements = "Sum of the virtual work", self._displacements
         if not displacements.names:
             return Stage(title, "Nothing can be displaced, so no force does any work.", ())
-        are = "is" if len(displacements.names) == 1 else "are"
-        sentence = (
-            "The work of all forces in the virtual displacement, inertia forces included, is zero. "
-            f"As {enumerate_words(displacements.names)} {are} arbitrary, the coefficient of each "
-            "is zero by itself."
+        single = len(displacements.names) == 1
+        are, coefficients = ("is", "its coefficient") if single else ("are", "each coefficient")
+        sentence = "As every body is in equilibrium, the work of all forces in "
+        sentence += (
+            "the virtual displacement, inertia forces included, is zero. As "
+            f"{enumerate_words(displacements.names)} {are} arbitrary, {coefficients} is zero."
             if free
-            else "The work of all forces in a virtual displacement that the constraints allow, "
-            "inertia forces included, is zero; the constraint forces between bodies do none."
+            else "a virtual displacement that the constraints allow, inertia forces included, is "
+            "zero; the constraint forces between bodies do none."
         )
         results = []
         factors = displacements.coefficients([whole])
@@ -479,12 +479,13 @@ class VirtualWork:
         else:
             F = -along(axes.rows, cut.push.force)
             results += list_components(f"F_inertia_{body}", axes.labels, F)
+        C = along(axes.turns, couple_of_inertia(cut))
+        if spread is None:
+            couple = "and a couple, minus the rate of the angular momentum about it"
             parts.append(
                 "Reduced to the center of mass they are one force, minus the mass times the "
-                "acceleration of that center, and a couple, minus the rate of the angular momentum "
-                "about it."
+                f"acceleration of that center{f', {couple}' if any(C) else ''}."
             )
-        C = along(axes.turns, couple_of_inertia(cut))
         results += list_components(f"C_inertia_{body}", axes.turn_labels, C)
         if not results:
             parts.append("Here they are all zero.")
@@ -495,14 +496,15 @@ class VirtualWork:
         nothing = self.algebra.ring.number(0)
         push = cut.axes.along(cut.about_reference(cut.push))
         left = self.balances.acting_along(cut) - push
-        lines = [Result(total, nothing) for total in (*left.force, *left.moment) if total]
+        sums = () if self.balances.repeats(cut) else left.moment
+        lines = [Result(total, nothing) for total in (*left.force, *sums) if total]
         if not lines:  # without mass and forces it only leads others
             return
         about = cut.joint.name if cut.fixed or not cut.mass else "the center of mass"
+        moments = f", then of moments about {about}," if any(sums) else ""
         sentence = (
-            "Under all forces, including inertia forces and the reactions R and M of its joints, "
-            f"the body is in equilibrium: the sums of forces, then of moments about {about}, are "
-            "zero."
+            f"{self.balances.explain_leaders(cut)}Under all forces on it, inertia forces included, "
+            f"the body is in equilibrium: the sums of forces{moments} are zero."
         )
         yield Stage(f"Equilibrium of {cut.body}", sentence, tuple(lines))
 
@@ -516,7 +518,7 @@ class VirtualWork:
         if not self.balances.unknowns:
             return []
         lines = []
-        for cut in self.cuts.bodies:
+        for cut in filter(self.balances.transmits, self.balances.bodies):
             reaction = self.balances.symbols[cut.body]
             work = tidy(reaction.power(self._against_parent(cut)))
             lines.append(Result(Left(f"δW_R_{cut.joint.name}"), work))
@@ -533,13 +535,20 @@ class VirtualWork:
                 else " That it transmits nothing there is stated by the last lines."
             )
             lines += balanced
+        if self.balances.guiding.names:
+            kinematics, vary = self.cuts.kinematics, self._displacements.vary_twist
+            lines += self.balances.guiding.list_works(lambda cut: vary(kinematics.twist(cut.body)))
+            sentence += (
+                " The forces of cords, wheels and other elements work on each of the bodies they "
+                "join, and do none in total: what one body receives the others give."
+            )
         if any(rate.rotor for rate in self.balances.rates):
             sentence += " Where a joint has a rotor, the work of its inertia remains."
         return [Stage("Virtual work of the reactions", sentence, tuple(lines))]
 
     def _against_parent(self, cut: Cut) -> SymbolicWrench:
         """Return the virtual displacement of a body's origin, and its rotation, in its parent."""
-        cuts, parent = self.cuts, cut.joint.parent
+        cuts, parent = self.cuts, self.balances.holder(cut)
         twists = map(cuts.kinematics.twist, (cut.body, parent))
         own, carrying = map(self._displacements.vary_twist, twists)
         arm = cuts.between_seats(parent, cut.body)
