@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import os
+import re
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -61,6 +62,19 @@ def write_math(writer: HTML5Translator, node: nodes.math) -> None:
     raise nodes.SkipNode
 
 
+def keep_signs(app: Sphinx, tree: nodes.document, name: str) -> None:
+    """Keep the sign that follows a formula on its line."""
+    for formula in list(tree.findall(nodes.math)):
+        after = formula.next_node(descend=False, siblings=True)
+        sign = re.match(r"[.,;:?)]+", after.astext()) if isinstance(after, nodes.Text) else None
+        if sign is None:
+            continue
+        after.parent.replace(after, nodes.Text(after.astext()[sign.end() :]))
+        kept = nodes.inline("", "", classes=["kept"])
+        formula.replace_self(kept)
+        kept += [formula, nodes.Text(sign[0])]
+
+
 def write_math_block(writer: HTML5Translator, node: nodes.math_block) -> None:
     """Write a displayed formula as MathML, in a box that can be scrolled."""
     formula = tex2mathml(node.astext(), as_block=True)
@@ -89,5 +103,6 @@ def setup(app: Sphinx) -> None:
     logging.getLogger("traitlets").setLevel(logging.WARNING)
 
     app.connect("doctree-read", write_dashes)
+    app.connect("doctree-resolved", keep_signs)
     app.add_html_math_renderer("mathml", (write_math, None), (write_math_block, None))
     generate.write_all(HERE / "_generated")

@@ -120,3 +120,18 @@ def test_the_page_on_urdf_lists_our_own_tags() -> None:
     assert OWN_NAMESPACE in page
     for tag in (SCREW, *NATIVE_TAGS):
         assert f"`{tag}`" in page
+
+
+def test_signs_after_formulas_stay_with_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    nodes = pytest.importorskip("docutils.nodes")
+    new_document = pytest.importorskip("docutils.utils").new_document
+    monkeypatch.syspath_prepend(DOCS)
+    conf = __import__("conf")
+    sys.modules.pop("conf")
+    parts = [nodes.Text("of "), nodes.math("", "a"), nodes.Text("; "), nodes.math("", "b")]
+    tree = new_document("page")
+    tree += nodes.paragraph("", "", *parts, nodes.Text(" then"))
+    conf.keep_signs(None, tree, "page")
+    ((before, kept, *rest),) = tree
+    assert (before.astext(), kept.astext(), kept["classes"]) == ("of ", "a;", ["kept"])
+    assert [part.astext() for part in rest] == [" ", "b", " then"]

@@ -255,7 +255,11 @@ def write_equations(document: SceneText) -> str:
     parts += [_derivation(derivation) for derivation in document.derivations]
     if document.source and document.source not in document.about:
         parts.append(_notes([f"Source: {document.source}"]))
-    return "".join(parts)
+    return _SIGNED.sub(r'<span class="kept">\g<0></span>', "".join(parts))
+
+
+_SIGNED = re.compile(r"<math\b(?:(?!<math\b).)*?</math>[.,;:)]+", re.DOTALL)
+"""A formula with the signs after it, which would begin a line alone."""
 
 
 def _result(derivation: ShownDerivation) -> str:

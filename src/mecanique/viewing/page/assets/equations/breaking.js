@@ -2,6 +2,8 @@
 
 const BREAKS = new Set(["+", "−", "="]);
 const CONTINUATION_INDENT = 1.5; // of later lines [em]
+const MOST_SPARED = 60; // at the ends of lines [px]
+const BOXES = ".equation, .note"; // what holds equations, alone or in a sentence
 
 // How many pieces stand in each line; a piece that is wider than a line has one to itself.
 export function fillLines(widths, room, indent) {
@@ -82,21 +84,30 @@ function rejoin(math) {
   unbroken.delete(math);
 }
 
-function widthsOf(pieces, math) {
-  const edges = ([first]) => first.getBoundingClientRect().left;
-  const starts = [...pieces.map(edges), math.getBoundingClientRect().right];
-  return pieces.map((_, i) => starts[i + 1] - starts[i]);
+const leftOf = ([first]) => first.getBoundingClientRect().left;
+const widthOf = (piece) => piece.at(-1).getBoundingClientRect().right - leftOf(piece);
+
+// Widths of pieces that follow one another, each with the space after it.
+const widthsOf = (pieces) =>
+  pieces.map((piece, k) => {
+    const next = pieces[k + 1];
+    return next ? leftOf(next) - leftOf(piece) : widthOf(piece);
+  });
+
+// A piece in parts that are no wider than there is room, as far as parentheses can be opened.
+function narrow(piece, room) {
+  const pieces = widthOf(piece) > room ? openUp(piece) : [piece];
+  return pieces.length < 2 ? [piece] : pieces.flatMap((each) => narrow(each, room));
 }
 
-function measureTerms(math) {
-  const style = getComputedStyle(math.parentElement);
+function measureTerms(math, spared = 0) {
+  const box = math.closest(BOXES);
+  const style = getComputedStyle(box);
   const padding = parseFloat(style.paddingLeft) + parseFloat(style.paddingRight);
   const indent = CONTINUATION_INDENT * parseFloat(getComputedStyle(math).fontSize);
-  const room = math.parentElement.clientWidth - padding;
-  const whole = keepZero(piecesOf(math));
-  const wide = widthsOf(whole, math);
-  const pieces = whole.flatMap((piece, i) => (wide[i] > room - indent ? openUp(piece) : [piece]));
-  return { math, pieces, widths: widthsOf(pieces, math), room, indent };
+  const room = box.clientWidth - padding - spared;
+  const pieces = keepZero(piecesOf(math)).flatMap((piece) => narrow(piece, room - indent));
+  return { math, pieces, room, indent };
 }
 
 const mathElement = (name, ...children) => {
@@ -105,30 +116,68 @@ const mathElement = (name, ...children) => {
   return made;
 };
 
-function breakUp({ math, pieces, widths, room, indent }) {
-  const lines = fillLines(widths, room, indent);
-  if (lines.length < 2) return;
+function breakUp({ math, pieces, room, indent }) {
+  const lines = linesOf(pieces, room, indent);
+  if (!lines) return;
   unbroken.set(math, [...math.childNodes]);
+  // fractions are as large as in an equation in one line
+  lines.setAttribute("displaystyle", String(math.getAttribute("display") === "block"));
+  math.replaceChildren(lines);
+}
+
+// A table of a line each, of pieces that are wider than one; null if they are not.
+function linesOf(pieces, room, indent) {
+  const widths = widthsOf(pieces);
+  const lines = fillLines(widths, room, indent);
+  if (lines.length < 2 && widths[0] <= room) return null;
   let next = 0;
-  const rows = lines.map((count) => {
-    const row = mathElement("mrow");
-    for (const part of pieces.slice(next, (next += count)).flat()) {
-      const copy = part.cloneNode(true);
-      // an operator that begins a row would be set as a sign
-      if (isBreak(part)) copy.setAttribute("form", "infix");
-      row.append(copy);
-    }
+  const rows = lines.map((count, k) => {
+    const line = pieces.slice(next, (next += count));
+    const least = room - (k ? indent : 0);
+    const row = mathElement("mrow", ...line.flatMap((piece) => fit(piece, least, indent)));
     return mathElement("mtr", mathElement("mtd", row));
   });
   const table = mathElement("mtable", ...rows);
   table.setAttribute("class", "broken");
-  math.replaceChildren(table);
+  return table;
+}
+
+// Copies of parts of an equation; of a fraction wider than there is room, with broken lines in it.
+function fit(parts, room, indent) {
+  const spare = room - widthOf(parts);
+  return parts.map((part) => {
+    const copy = part.cloneNode(true);
+    // an operator that begins a row would be set as a sign
+    if (isBreak(part)) copy.setAttribute("form", "infix");
+    const within = widthOf([part]) + spare;
+    if (spare >= 0 || within <= 0 || !part.childElementCount) return copy;
+    if (part.localName === "mfrac")
+      [...part.children].forEach((side, k) => {
+        const pieces = openUp([side]).flatMap((piece) => narrow(piece, within - indent));
+        const table = linesOf(pieces, within, indent);
+        if (table) copy.children[k].replaceWith(table);
+      });
+    else if (part.localName === "mrow")
+      copy.replaceChildren(...fit([...part.children], within, indent));
+    return copy;
+  });
 }
 
 function fitAll(equations) {
-  const maths = equations.flatMap((each) => [...each.querySelectorAll(":scope > math")]);
+  const maths = equations.flatMap((each) => [...each.querySelectorAll("math")]);
   maths.forEach(rejoin);
-  maths.map(measureTerms).forEach(breakUp);
+  maths.map((math) => measureTerms(math)).forEach(breakUp);
+  for (const box of equations) giveWay(box);
+}
+
+// Where lines came out a little wider than their pieces, by spaces around signs, breaks them once more.
+function giveWay(box) {
+  const over = () => box.scrollWidth - box.clientWidth;
+  for (let spared = over(); over() > 0 && spared < MOST_SPARED; spared += over())
+    for (const math of box.querySelectorAll("math")) {
+      rejoin(math);
+      breakUp(measureTerms(math, spared));
+    }
 }
 
 // Panels may be written anew and derivations unfold, so each equation is fitted when it is seen.
@@ -143,7 +192,7 @@ export function wireBreaking(panel) {
     });
     fitAll(changed.map(({ target }) => target));
   });
-  const watch = () => panel.querySelectorAll(".equation").forEach((each) => sizes.observe(each));
+  const watch = () => panel.querySelectorAll(BOXES).forEach((each) => sizes.observe(each));
   new MutationObserver(watch).observe(panel, { childList: true });
   watch();
 }
