@@ -53,6 +53,12 @@ def test_a_folder_with_several_robots_or_none_is_refused(tmp_path: Path) -> None
     with pytest.raises(mq.InputError, match=r"expected one of its descriptions, left\.xml, right"):
         locate(tmp_path)
     assert locate(tmp_path / "none.xml") is None
+    scene = write(tmp_path / "only" / "scene.xml")
+    assert locate(tmp_path / "only") == scene
+    for k in range(12):
+        write(tmp_path / "many" / f"arm{k}" / f"arm{k}.xml")
+    with pytest.raises(mq.InputError, match=r"arm7.arm7\.xml and 2 more; name one"):
+        locate(tmp_path / "many")
 
 
 @pytest.mark.parametrize("scheme", ["package", "model"])

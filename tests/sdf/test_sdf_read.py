@@ -160,11 +160,20 @@ def test_models_are_included_from_files(tmp_path: Path) -> None:
     nested = f'<model name="n"><pose>0 0 1 0 0.2 0</pose>{B}</model>'
     same = read_sdf(model(A + ROOT + nested + joint("r", "a", "n::b")))
     assert read_sdf(main) == same
+    (folder / "model.sdf").rename(folder / "arm-1_10.sdf")
+    for old in ("a.sdf", "arm-1_9.sdf"):
+        (folder / old).write_text(model(A), encoding="utf-8")
+    named = "".join(f'<sdf version="1.{k}">arm-1_{k}.sdf</sdf>' for k in (9, 10))
+    (folder / "model.config").write_text(f"<model>{named}</model>", encoding="utf-8")
+    assert read_sdf(main) == same
+    for other in ("model.config", "a.sdf", "arm-1_9.sdf"):
+        (folder / other).unlink()
     main.write_text(text.replace("parts/arm", "model://arm"), encoding="utf-8")
     assert read_sdf(main, package_path=tmp_path / "parts") == same
     main.write_text(text.replace("parts/arm", "robot.sdf"), encoding="utf-8")
     with pytest.raises(mq.InputError, match="models are nested deeper than 20"):
         read_sdf(main)
+    (folder / "arm-1_10.sdf").rename(folder / "model.sdf")
     (folder / "model.sdf").write_text(model("\n<cat/>"), encoding="utf-8")
     main.write_text(text, encoding="utf-8")
     said = re.escape(f"{folder / 'model.sdf'}:2: <cat> in <model> is not read")

@@ -68,7 +68,7 @@ def _choose(folder: Path) -> Path:
         (path for path in folder.rglob("*") if path.suffix in _SUFFIXES and path.is_file()),
         key=lambda path: (len(path.parts), path),
     )
-    files = [path for path in files if not path.name.startswith(_ASIDE)]
+    files = [path for path in files if not path.name.startswith(_ASIDE)] or files
     if not files:
         raise InputError(
             f"{folder}: expected a description in URDF, xacro, MJCF or SDF, found none"
@@ -83,7 +83,8 @@ def _choose(folder: Path) -> Path:
         near = called or ending or near
     if len(near) > 1:
         names = ", ".join(str(path.relative_to(folder)) for path in near[:10])
-        raise InputError(f"{folder}: expected one of its descriptions, {names}")
+        more = f" and {len(near) - 10} more" if len(near) > 10 else ""
+        raise InputError(f"{folder}: expected one of its descriptions, {names}{more}; name one")
     return near[0]
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -467,12 +468,19 @@ class _Reader(Source):
             if candidate.is_file():
                 return candidate
             if candidate.is_dir():
-                files = [candidate / "model.sdf", *sorted(candidate.glob("*.sdf"))]
+                files = [*self._stated_in(element, candidate / "model.config")]
+                files += [candidate / "model.sdf", *sorted(candidate.glob("*.sdf"))]
                 existing = [file for file in files if file.is_file()]
                 if existing:
                     return existing[0]
         message = f"the model {uri[:60]!r} is not found in {self._search.searched}"
         raise self.refuse(element, f"{message}; name the folder that holds it (--package-path DIR)")
+
+    def _stated_in(self, element: Element, config: Path) -> Iterator[Path]:
+        """Yield the files that Gazebo's list of a model names, that of the newest version first."""
+        named = self.parse_inclusion(element, config).all("sdf") if config.is_file() else ()
+        for part in sorted(named, key=_version_of, reverse=True):
+            yield config.parent / Path(part.text).name
 
     # links
 
@@ -803,3 +811,8 @@ class _Reader(Source):
         weight = f"<gravity> of {', '.join(light)} is off, which Drake ignores." if light else ""
         about = filter(None, [weight])
         return self.assemble(name, bodies, self._loops, self.compose_laws(), *about)
+
+
+def _version_of(element: Element) -> list[int]:
+    """The numbers of the version that an element states."""
+    return [int(part) for part in re.findall(r"\d+", element.attributes.get("version", ""))]
