@@ -14,8 +14,8 @@ import mecanique as mq
 from mecanique.cli import app
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
 from mecanique.model.placement import Placement
+from mecanique.urdf.lint.check import mirror_name
 from mecanique.urdf.lint.homogeneous import solid_of
-from mecanique.urdf.lint.sides import mirror_name
 from mecanique.urdf.meshes import read_mesh
 
 EDGES = (0.2, 0.3, 0.5)
