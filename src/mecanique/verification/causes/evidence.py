@@ -466,6 +466,7 @@ class Family:
     say: Callable[[Array, Array], str]  # what they mean, in words, with their standard deviations
     amount: Callable[[Array], Amount]  # how plain they are
     starts: tuple[Array, ...]  # where to begin, each shape (numbers,)
+    way: str = ""  # which change it is, in a word that is alike for all joints
 
     @property
     def units(self) -> list[Array]:

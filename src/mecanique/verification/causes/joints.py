@@ -105,12 +105,6 @@ def _rebuild(
         return
 
 
-def _names_in_map(evidence: Evidence) -> set[str]:
-    """Coordinates on either side of the coordinate map."""
-    driven = evidence.mechanism.coordinates.driven
-    return set(driven).union(*map(symbols_in, driven.values()))
-
-
 def _reverse(name: str) -> str:
     return f"axis of joint {name!r}: reversed"
 
@@ -118,7 +112,8 @@ def _reverse(name: str) -> str:
 def _readings(evidence: Evidence, names: list[str]) -> Iterator[_Reading]:
     singles = {j.coordinate: j for j in evidence.mechanism.joints if isinstance(j, Single)}
     joints = {name: singles[name] for name in names if name in singles}
-    mapped = _names_in_map(evidence)
+    driven = evidence.mechanism.coordinates.driven
+    mapped = set(driven).union(*map(symbols_in, driven.values()))  # on either side
     reversed_axis = _Scale(-1, -1, -1)
     for name, joint in joints.items():
         # an axis in the coordinate map is another mistake
@@ -208,19 +203,18 @@ def placement_changes(evidence: Evidence) -> Iterator[Hypothesis]:
         return np.nan_to_num(flat, nan=1e9, posinf=1e9, neginf=-1e9)
 
     joints = [k for k, link in enumerate(evidence.recursion.tree) if link.kind != "free"]
-    by_joint = [dict(_families(evidence, k)) for k in joints]
-    if by_joint:
-        kept = _choose(by_joint, residuals, evidence.weigh(evidence.base - evidence.tau))
+    families = [family for k in joints for family in _families(evidence, k)]
+    if families:
+        kept = _choose(families, residuals, evidence.weigh(evidence.base - evidence.tau))
         # no placement changes anything where nothing but noise is left, say
         if kept:
             yield from fit_families(evidence, kept, residuals, evidence.change, _MOST)
 
 
 def _choose(
-    by_joint: list[dict[str, Family]], residuals: Callable[[list[TreeChange]], Array], off: Array
+    families: list[Family], residuals: Callable[[list[TreeChange]], Array], off: Array
 ) -> list[Family]:
     """The joints, of each way, whose small changes explain most."""
-    families = [family for ways in by_joint for family in ways.values()]
     trees = [family.change(step) for family in families for step in family.units]
     slopes = iter((residuals(trees) - off) / SMALL)
     gains: dict[Family, float] = {}
@@ -231,14 +225,14 @@ def _choose(
             left = off - used.T @ np.linalg.lstsq(used.T, off, rcond=1e-9)[0]
             gains[family] = float(np.linalg.norm(left))
     kept = set[Family]()
-    for name in dict.fromkeys(name for ways in by_joint for name in ways):
-        alike = [ways[name] for ways in by_joint if name in ways and ways[name] in gains]
+    for way in {family.way for family in families}:
+        alike = [family for family in gains if family.way == way]
         kept.update(sorted(alike, key=lambda family: gains[family])[:_CLOSER])
     return [family for family in families if family in kept]
 
 
-def _families(evidence: Evidence, k: int) -> Iterator[tuple[str, Family]]:
-    """Yield the ways to place a joint otherwise, each with a name that is alike for all joints."""
+def _families(evidence: Evidence, k: int) -> Iterator[Family]:
+    """Yield the ways to place a joint otherwise."""
     link, X = evidence.recursion.tree[k], evidence.recursion.origins[k]
     where = f"joint {link.joint!r}"
     size = _size(evidence)
@@ -247,6 +241,7 @@ def _families(evidence: Evidence, k: int) -> Iterator[tuple[str, Family]]:
     still = np.zeros((3, 3))
 
     def move(
+        way: str,
         steps: Array,
         turns: Array,
         say: Callable[[Array], str],
@@ -260,94 +255,76 @@ def _families(evidence: Evidence, k: int) -> Iterator[tuple[str, Family]]:
             return TreeChange({k: _face(frame, X[:3, :3] @ turn_about(x @ turns))})
 
         start = np.zeros(len(steps))
-        return Family(kind, where, change, lambda x, _: say(x), amount, (start,))
+        return Family(kind, where, change, lambda x, _: say(x), amount, (start,), way)
 
-    for axis, name in zip(np.eye(3), "xyz", strict=True):
-        yield (
+    def shift(axis: Array, name: str) -> Family:
+        """Return the way to move along an axis."""
+        before = float(p @ axis)
+        return move(
             f"shift {name}",
-            move(
-                size * axis[None],
-                still[:1],
-                partial(_say_shift, where, size, name),
-                partial(_weigh_number, float(p @ axis), size, far),
-            ),
+            size * axis[None],
+            still[:1],
+            lambda x: f"origin of {where} moved by {size * x[0]:.6g} m along {name}",
+            lambda x: Amount.of(before + size * x[0], before, far, ways=3),
         )
+
+    def spin(axis: Array, name: str) -> Family:
+        """Return the way to turn about an axis."""
+        return move(
+            f"turn {name}",
+            still[:1],
+            axis[None],
+            lambda x: f"{where} turned by {np.degrees(x[0]):.6g}° about its {name}",
+            lambda x: Amount.of(np.degrees(x[0]), beside=180.0, ways=3),
+            "joint turn",
+        )
+
+    yield from map(shift, np.eye(3), "xyz")
     if np.count_nonzero(p) > 1:
-        yield (
+        yield move(
             "longer",
-            move(
-                p[None],
-                still[:1],
-                lambda x: f"position of {where} times {1 + x[0]:.6g}",
-                lambda x: Amount.of(1 + x[0], 1.0, ways=3),
-            ),
+            p[None],
+            still[:1],
+            lambda x: f"position of {where} times {1 + x[0]:.6g}",
+            lambda x: Amount.of(1 + x[0], 1.0, ways=3),
         )
-    yield (
+    yield move(
         "shift",
-        move(
-            size * np.eye(3),
-            still,
-            lambda x: f"origin of {where} moved by ({give_all(size * x)}) m",
-            lambda x: Amount.of_all(size * x, far),
-        ),
+        size * np.eye(3),
+        still,
+        lambda x: f"origin of {where} moved by ({give_all(size * x)}) m",
+        lambda x: Amount.of_all(size * x, far),
     )
     rpy = np.array(evidence.mechanism.evaluate_all(link.origin.rpy))
-    for at, name in enumerate(("roll", "pitch", "yaw")):
-        yield name, _change_angle(k, X, where, rpy, (at, name))
-    for axis, name in zip(np.eye(3), "xyz", strict=True):
-        yield (
-            f"turn {name}",
-            move(
-                still[:1],
-                axis[None],
-                partial(_say_spin, where, name),
-                lambda x: Amount.of(np.degrees(x[0]), beside=180.0, ways=3),
-                "joint turn",
-            ),
-        )
-    yield (
+    for at in range(3):
+        yield _change_angle(k, X, where, rpy, at)
+    yield from map(spin, np.eye(3), "xyz")
+    yield move(
         "turn",
-        move(
-            still,
-            np.eye(3),
-            lambda x: f"{where} turned by {say_turn(x)}",
-            lambda x: Amount.of_all(np.degrees(x), 180.0),
-            "joint turn",
-        ),
+        still,
+        np.eye(3),
+        lambda x: f"{where} turned by {say_turn(x)}",
+        lambda x: Amount.of_all(np.degrees(x), 180.0),
+        "joint turn",
     )
     if link.kind in ("turn", "slide"):
-        yield "tilt", _tilt(k, where, np.array(link.axis))
+        yield _tilt(k, where, np.array(link.axis))
     steps, turns = np.split(np.diag([size] * 3 + [1.0] * 3), 2, axis=1)
-    yield (
+    yield move(
         "place",
-        move(
-            steps,
-            turns,
-            lambda x: (
-                f"origin of {where} moved by ({give_all(size * x[:3])}) m and turned by "
-                f"{say_turn(x[3:])}"
-            ),
-            lambda x: Amount.of_all(size * x[:3], far),
+        steps,
+        turns,
+        lambda x: (
+            f"origin of {where} moved by ({give_all(size * x[:3])}) m and turned by "
+            f"{say_turn(x[3:])}"
         ),
+        lambda x: Amount.of_all(size * x[:3], far),
     )
 
 
-def _say_shift(where: str, size: float, name: str, x: Array) -> str:
-    return f"origin of {where} moved by {size * x[0]:.6g} m along {name}"
-
-
-def _weigh_number(before: float, size: float, far: float, x: Array) -> Amount:
-    return Amount.of(before + size * x[0], before, far, ways=3)
-
-
-def _say_spin(where: str, name: str, x: Array) -> str:
-    return f"{where} turned by {np.degrees(x[0]):.6g}° about its {name}"
-
-
-def _change_angle(k: int, X: Array, where: str, rpy: Array, which: tuple[int, str]) -> Family:
+def _change_angle(k: int, X: Array, where: str, rpy: Array, at: int) -> Family:
     """Return the way to change roll, pitch or yaw."""
-    at, name = which
-    before = rpy[at]
+    name, before = ("roll", "pitch", "yaw")[at], rpy[at]
 
     def change(x: Array) -> TreeChange:
         return TreeChange({k: _face(X, slips.turn_of(rpy + x[0] * np.eye(3)[at]))})
@@ -362,7 +339,7 @@ def _change_angle(k: int, X: Array, where: str, rpy: Array, which: tuple[int, st
         )
         return min(radians, degrees)
 
-    return Family("joint turn", where, change, say, amount, (np.zeros(1),))
+    return Family("joint turn", where, change, say, amount, (np.zeros(1),), name)
 
 
 def _tilt(k: int, where: str, right_axis: Array) -> Family:
@@ -380,6 +357,7 @@ def _tilt(k: int, where: str, right_axis: Array) -> Family:
         lambda x, _: f"axis of {where} along ({give_all(tilt(x))})",
         lambda x: Amount.of_all(np.degrees(x), 180.0),
         (np.zeros(2),),
+        "tilt",
     )
 
 
