@@ -139,14 +139,7 @@ def derive(
     "forces, inverse_dynamics, energy, poses, jacobians, reactions; with loops also "
     "multipliers, closure; derivatives such as rhs_by_y, rhs_by_tau, energy_by_p.",
 )
-@click.option(
-    "--output",
-    "-o",
-    type=options.PATH,
-    default=Path(),
-    metavar="DIR",
-    help="Directory to write in.",
-)
+@options.output("Directory to write in.", default=Path(), metavar="DIR")
 @click.option("--numbers", is_flag=True, help="Write parameters as numbers, not as arguments.")
 @click.option("--name", metavar="NAME", help="Prefix of functions and files.")
 @click.option("--samples", default=100, metavar="NUMBER", help="Number of states to compare.")

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @click.command("list", epilog="Example: mecanique list --tag pendulum")
-@click.option("--tag", multiple=True, metavar="TAG", help="Only systems with this tag; repeatable.")
+@options.several("--tag", said="Only systems with this tag; repeatable.", metavar="TAG")
 @options.as_json
 @report_errors
 def list_(tag: tuple[str, ...], as_json: bool) -> None:
@@ -44,7 +44,7 @@ def list_(tag: tuple[str, ...], as_json: bool) -> None:
 
 @click.command(epilog="Example: mecanique urdf two_blocks -o two_blocks.urdf")
 @options.system
-@click.option("--output", "-o", type=options.PATH, help="Write to this file instead of printing.")
+@options.output("Write to this file instead of printing.")
 @takes_system
 def urdf(chosen: Chosen, output: Path | None) -> None:
     """Write a system as URDF."""
@@ -66,12 +66,7 @@ def urdf(chosen: Chosen, output: Path | None) -> None:
     help="With --fix: replace each physically impossible inertia by the nearest possible one, "
     "and report the changes.",
 )
-@click.option(
-    "--output",
-    "-o",
-    type=options.PATH,
-    help="Where to write the repaired copy; printed by default.",
-)
+@options.output("Where to write the repaired copy; printed by default.")
 @click.option(
     "--meshes",
     is_flag=True,
@@ -156,12 +151,8 @@ def diff(first: str, second: str, as_json: bool, *, reading: FileOptions) -> Non
 
 @click.command(epilog="Example: mecanique convert arm.urdf -o arm.xml")
 @options.system
-@click.option(
-    "--output",
-    "-o",
-    type=options.PATH,
-    required=True,
-    help="The file to write: .urdf for URDF, .xml or .mjcf for MJCF, .sdf for SDF.",
+@options.output(
+    "The file to write: .urdf for URDF, .xml or .mjcf for MJCF, .sdf for SDF.", required=True
 )
 @takes_system
 def convert(chosen: Chosen, output: Path) -> None:
@@ -187,21 +178,15 @@ def convert(chosen: Chosen, output: Path) -> None:
 
 @click.command(epilog="Example: mecanique inertia arm.urdf --density 2700 --link wrist -o new.urdf")
 @click.argument("file", metavar="FILE", help="A URDF file, or the name of a robot.")
-@click.option(
+@options.real(
     "--density",
-    type=float,
-    metavar="NUMBER",
-    help="Density of the bodies [kg/m³], e.g. 2700 for aluminum; by default each keeps its mass.",
+    "Density of the bodies [kg/m³], e.g. 2700 for aluminum; by default each keeps its mass.",
 )
 @click.option("--collisions", is_flag=True, help="Use the <collision> shapes, not <visual>.")
-@click.option(
-    "--link",
-    "links",
-    multiple=True,
-    metavar="NAME",
-    help="With -o: change only this link; repeatable.",
+@options.several(
+    "--link", "links", said="With -o: change only this link; repeatable.", metavar="NAME"
 )
-@click.option("--output", "-o", type=options.PATH, help="Write a copy with those inertias.")
+@options.output("Write a copy with those inertias.")
 @options.as_json
 @report_errors
 @reads_files

@@ -39,9 +39,7 @@ from mecanique.files import write_text
     "of BODY (cut free), equilibrium force, steady motion, reaction, state space, Hamiltonian, "
     "Hamilton's equations or transfer function of x from F.",
 )
-@click.option(
-    "--let", multiple=True, metavar="LETTER=FORMULA", help='Define a letter: --let "J = m l^2/3"'
-)
+@options.several("--let", said='Define a letter: --let "J = m l^2/3"', metavar="LETTER=FORMULA")
 @click.option("--letters", is_flag=True, help="List the letters that the question knows.")
 @options.seed
 @options.as_json
@@ -88,8 +86,8 @@ def check(
     metavar="ANSWERS",
     help="A folder with one folder (1a.txt, 1b.tex …) or one .toml per student.",
 )
-@click.option("--csv", type=options.PATH, metavar="FILE", help="Write the marks to this file.")
-@click.option("--html", type=options.PATH, metavar="FILE", help="Write a page of the results.")
+@options.file("--csv", "Write the marks to this file.")
+@options.file("--html", "Write a page of the results.")
 @report_errors
 def grade(sheet: Path, answers: Path, csv: Path | None, html: Path | None) -> None:
     """Grade answers to a sheet, with partial credit and reasons."""
@@ -134,13 +132,10 @@ def grade(sheet: Path, answers: Path, csv: Path | None, html: Path | None) -> No
     metavar="NUMBER",
     help="Variants with numbers of their own, for STACK and PrairieLearn.",
 )
-@click.option(
-    "--output",
-    "-o",
-    type=options.PATH,
-    metavar="PATH",
-    help="Write problem.md, figure.svg and solution.md into this folder, or the course's file or "
+@options.output(
+    "Write problem.md, figure.svg and solution.md into this folder, or the course's file or "
     "folder here; printed by default.",
+    metavar="PATH",
 )
 @report_errors
 def exercise(

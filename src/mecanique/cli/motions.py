@@ -29,10 +29,8 @@ _MOST_SPEEDS = 1000
     metavar="stop|NUMBER",
     help="Stop where a joint reaches its limit, or bounce with this coefficient of restitution.",
 )
-@click.option("--csv", type=options.PATH, metavar="FILE", help="Write t, q, v, a as CSV.")
-@click.option(
-    "--npz", type=options.PATH, metavar="FILE", help="Save the motion for Motion.load in Python."
-)
+@options.file("--csv", "Write t, q, v, a as CSV.")
+@options.file("--npz", "Save the motion for Motion.load in Python.")
 @options.as_json
 @takes_system
 def simulate(
@@ -58,34 +56,17 @@ def simulate(
 
 @click.command(epilog="Example: mecanique linearize two_blocks --compare --page mode.html --mode 2")
 @options.system
-@click.option(
-    "--at",
-    multiple=True,
-    metavar="NAME=VALUE",
-    help="Search near this position, in rad or m: --at theta=3",
-)
+@options.several("--at", said="Search near this position, in rad or m: --at theta=3")
 @click.option(
     "--mode",
     type=int,
     metavar="NUMBER",
     help="Mode for --compare and --page, 1 being the slowest; by default the first to oscillate.",
 )
-@click.option(
-    "--amplitude",
-    type=float,
-    metavar="NUMBER",
-    help="Largest component of the mode for --compare and --page [rad or m].",
-)
+@options.real("--amplitude", "Largest component of the mode for --compare and --page [rad or m].")
 @click.option("--compare", is_flag=True, help="Compare the mode with the exact motion.")
-@click.option(
-    "--page", type=options.PATH, metavar="FILE", help="Write the mode as an offline page."
-)
-@click.option(
-    "--force",
-    multiple=True,
-    metavar="NAME=VALUE",
-    help="Print the frequency response to this harmonic force as CSV.",
-)
+@options.file("--page", "Write the mode as an offline page.")
+@options.several("--force", said="Print the frequency response to this harmonic force as CSV.")
 @options.as_json
 @takes_system
 def linearize(
@@ -124,26 +105,21 @@ def linearize(
     epilog="Example: mecanique steady whipple_bicycle --at z=0.3 -v x=1 --speeds 0:10:11"
 )
 @options.system
-@click.option("--at", multiple=True, metavar="NAME=VALUE", help="Position, in rad or m: --at z=0.3")
+@options.several("--at", said="Position, in rad or m: --at z=0.3")
 @options.velocities
 @click.option(
     "--speeds",
     metavar="FROM:TO:COUNT",
     help="Tabulate over COUNT multiples of the velocities.",
 )
-@click.option(
-    "--by", multiple=True, metavar="NAME", help="Take this coordinate as independent; repeatable."
-)
-@click.option(
+@options.several("--by", said="Take this coordinate as independent; repeatable.", metavar="NAME")
+@options.several(
     "--expand",
-    multiple=True,
+    said="Print M, C, K of this coordinate as functions of the speed; repeatable.",
     metavar="NAME",
-    help="Print M, C, K of this coordinate as functions of the speed; repeatable.",
 )
 @click.option("--letters", is_flag=True, help="Print those of --expand in letters.")
-@click.option(
-    "--plot", type=options.PATH, metavar="FILE", help="Plot the table as SVG, PDF or PNG."
-)
+@options.file("--plot", "Plot the table as SVG, PDF or PNG.")
 @options.as_json
 @takes_system
 def steady(
@@ -199,13 +175,7 @@ def _range(text: str) -> list[float]:
 
 @click.command(epilog="Example: mecanique inertial rigid_bar_pendulum --latitude 48")
 @options.system
-@click.option(
-    "--latitude",
-    required=True,
-    type=float,
-    metavar="DEGREES",
-    help="Latitude, positive in the north.",
-)
+@options.real("--latitude", "Latitude, positive in the north.", metavar="DEGREES", required=True)
 @click.option(
     "--facing",
     type=click.Choice(["south", "east", "north", "west"]),

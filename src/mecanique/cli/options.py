@@ -20,7 +20,29 @@ R = TypeVar("R")
 PATH = click.Path(path_type=Path)
 
 
-_number: dict[str, Any] = {"multiple": True, "metavar": "NAME=VALUE"}
+Decorator: TypeAlias = Callable[[Callable[..., Any]], Callable[..., Any]]
+"""What gives a command an option."""
+
+
+def several(*names: str, said: str, metavar: str = "NAME=VALUE") -> Decorator:
+    """Return an option that is repeatable, of numbers by name by default."""
+    return click.option(*names, multiple=True, metavar=metavar, help=said)
+
+
+def real(name: str, said: str, metavar: str = "NUMBER", **more: Any) -> Decorator:
+    """Return an option of a number."""
+    return click.option(name, type=float, metavar=metavar, help=said, **more)
+
+
+def file(name: str, said: str, metavar: str = "FILE") -> Decorator:
+    """Return an option of a file."""
+    return click.option(name, type=PATH, metavar=metavar, help=said)
+
+
+def output(said: str, **more: Any) -> Decorator:
+    """Return the option of where to write."""
+    return click.option("--output", "-o", type=PATH, help=said, **more)
+
 
 _system = click.argument(
     "system",
@@ -29,9 +51,7 @@ _system = click.argument(
     "or the name of a robot, e.g. panda.",
 )
 
-parameters = click.option(
-    "--parameter", "-p", "parameters", **_number, help="Set a parameter, in SI units: -p l=2"
-)
+parameters = several("--parameter", "-p", "parameters", said="Set a parameter, in SI units: -p l=2")
 
 
 def system(command: Callable[..., R]) -> Callable[..., R]:
@@ -39,24 +59,17 @@ def system(command: Callable[..., R]) -> Callable[..., R]:
     return _system(parameters(command))
 
 
-velocities = click.option(
-    "-v", **_number, help="Set an initial velocity, in rad/s or m/s: -v theta=0.5"
-)
+velocities = several("-v", said="Set an initial velocity, in rad/s or m/s: -v theta=0.5")
 
 
 def start(command: Callable[..., R]) -> Callable[..., R]:
     """Give a command the options of a motion's start."""
-    coordinates = click.option(
-        "-q", **_number, help="Set an initial coordinate, in rad or m: -q theta=1.5"
-    )
+    coordinates = several("-q", said="Set an initial coordinate, in rad or m: -q theta=1.5")
     return coordinates(velocities(command))
 
 
-duration = click.option(
-    "--duration",
-    type=float,
-    metavar="SECONDS",
-    help="How long to simulate; each system has its default.",
+duration = real(
+    "--duration", "How long to simulate; each system has its default.", metavar="SECONDS"
 )
 
 tolerance = click.option(
@@ -72,9 +85,7 @@ samples = click.option(
 
 seed = click.option("--seed", default=0, metavar="NUMBER", help="Seed of the random states.")
 
-page = click.option(
-    "--output", "-o", type=PATH, help="The page to write; ./SYSTEM.html by default."
-)
+page = output("The page to write; ./SYSTEM.html by default.")
 
 as_json = click.option("--json", "as_json", is_flag=True, help="Print JSON for scripts.")
 
@@ -124,25 +135,18 @@ def reads_files(command: Callable[..., R]) -> Callable[..., R]:
         metavar="DIR",
         help="Search this directory for packages, before ROS_PACKAGE_PATH; repeatable.",
     )
-    @click.option(
+    @several(
         "--arg",
         "arguments",
-        multiple=True,
+        said="Set an argument of a xacro file; repeatable.",
         metavar="NAME=VALUE",
-        help="Set an argument of a xacro file; repeatable.",
     )
-    @click.option(
-        "--loops",
-        type=PATH,
-        metavar="FILE.toml",
-        help="A TOML file with loops, springs and dampers to add to a URDF.",
-    )
-    @click.option(
+    @file("--loops", "A TOML file with loops, springs and dampers to add to a URDF.", "FILE.toml")
+    @several(
         "--keep",
-        multiple=True,
-        metavar="NAMES",
-        help="Quantities to keep symbolic, comma-separated: masses, lengths, inertias, letters, "
+        said="Quantities to keep symbolic, comma-separated: masses, lengths, inertias, letters, "
         "or properties of a xacro file.",
+        metavar="NAMES",
     )
     @functools.wraps(command)
     def reads(*args: Any, floating: bool, **kwargs: Any) -> R:

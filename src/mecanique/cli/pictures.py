@@ -106,18 +106,11 @@ def export(chosen: Chosen, output: Path | None, duration: float | None, rtol: fl
 @click.command(epilog="Example: mecanique view panda")
 @options.system
 @options.start
-@click.option(
-    "--duration",
-    type=float,
-    metavar="SECONDS",
-    help="How long to simulate; endless by default.",
-)
+@options.real("--duration", "How long to simulate; endless by default.", metavar="SECONDS")
 @options.tolerance
-@click.option(
+@options.real(
     "--speed",
-    type=float,
-    metavar="NUMBER",
-    help="Simulated seconds per second of real time; 1 by default, less for very short motions.",
+    "Simulated seconds per second of real time; 1 by default, less for very short motions.",
 )
 @click.option(
     "--port", default=0, metavar="NUMBER", help="Port on this machine; 0 for any free one."
@@ -175,13 +168,8 @@ def view(
 
 @click.command(epilog="Example: mecanique picture cart_pole -o cart_pole.svg --free-body cart")
 @options.system
-@click.option(
-    "--output",
-    "-o",
-    type=options.PATH,
-    help="The file (.svg, .png or .pdf); ./SYSTEM.svg by default.",
-)
-@click.option("--time", type=float, metavar="SECONDS", help="Draw the motion at this time.")
+@options.output("The file (.svg, .png or .pdf); ./SYSTEM.svg by default.")
+@options.real("--time", "Draw the motion at this time.", metavar="SECONDS")
 @click.option("--free-body", metavar="BODY", help="Draw this body cut free, with all forces on it.")
 @click.option(
     "--resultants", is_flag=True, help="Draw each reaction as one arrow, with --free-body."
@@ -218,9 +206,7 @@ def picture(
     metavar="DIR",
     help="Directory for the pages; created if needed.",
 )
-@click.option(
-    "--only", "systems", multiple=True, metavar="SYSTEM", help="Only this system; repeatable."
-)
+@options.several("--only", "systems", said="Only this system; repeatable.", metavar="SYSTEM")
 @options.duration
 @click.option("--pictures", "only_pictures", is_flag=True, help="Write only the pictures, as SVG.")
 @report_errors

@@ -50,15 +50,8 @@ _PROCESSES = 2
     help="Compare with this instead of Pinocchio: another SYSTEM, FILE.csv (samples), or "
     "a program, which is run: FILE.py (functions M, C, g …), FILE.fmu or FILE.so.",
 )
-@click.option(
-    "--header", type=options.PATH, metavar="FILE.h", help="The C header of --against FILE.so."
-)
-@click.option(
-    "--tolerance",
-    type=float,
-    metavar="NUMBER",
-    help="Largest accepted relative difference; 1e-9 by default.",
-)
+@options.file("--header", "The C header of --against FILE.so.", "FILE.h")
+@options.real("--tolerance", "Largest accepted relative difference; 1e-9 by default.")
 @click.option(
     "--engines",
     default="",
