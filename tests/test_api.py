@@ -157,7 +157,7 @@ def test_help_and_the_bare_import_load_neither_arrays_nor_the_model(heavy: str) 
         import sys
         import mecanique
         assert {heavy!r} not in sys.modules
-        from mecanique.cli.commands import app
+        from mecanique.cli import app
         assert {heavy!r} not in sys.modules
     """)
 

@@ -169,12 +169,10 @@ ORDER: dict[str, list[str]] = {
     ],
     "serving": ["agents"],
     "generation": [
-        "dop853 identifiers quantities",
-        "program",
+        "dop853 identifiers program",
         "mechanics",
         "build targets",
-        "compiled modes verdict",
-        "code",
+        "compiled verdict",
         "languages named_results",
     ],
     "generation.mechanics": [
@@ -182,7 +180,7 @@ ORDER: dict[str, list[str]] = {
         "articulated dynamics",
         "free_body_forces switching",
     ],
-    "generation.targets": ["target", "c javascript python", "casadi jax steps", "fmu"],
+    "generation.targets": ["target", "c javascript python", "jax", "fmu"],
     "motion": [
         "tolerances",
         "record",
@@ -221,7 +219,6 @@ ORDER: dict[str, list[str]] = {
         "options printing",
         "linear words",
         "derive describe formulas motions pictures verify",
-        "commands",
     ],
 }
 """What lies in each room, from the bottom up: one imports only from lines above its own."""

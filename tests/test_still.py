@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 import mecanique as mq
-from mecanique.cli.commands import app
+from mecanique.cli import app
 
 G = 9.81
 

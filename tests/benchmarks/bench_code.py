@@ -29,7 +29,7 @@ from mecanique.generation.build import build_program
 from mecanique.generation.compiled import OPTIONS, Compiled, compile_program
 from mecanique.generation.program import Program
 from mecanique.generation.targets.c import C
-from mecanique.generation.targets.casadi import CasADi
+from mecanique.generation.targets.python import CasADi
 from mecanique.verification.states import random_states
 
 STATES = 256

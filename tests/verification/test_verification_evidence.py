@@ -658,7 +658,7 @@ def test_each_family_of_a_link_says_what_it_changes_and_how_plain_that_is() -> N
 def test_each_family_of_a_joint_moves_turns_or_tilts_it_as_it_says() -> None:
     some = evidence()
     k, X = 1, evidence().recursion.origins[1]
-    found = dict(joints._families(some, k))
+    found = {family.way: family for family in joints._families(some, k)}
     p, R = X[:3, 3], X[:3, :3]
     size = float(max(np.linalg.norm(frame[:3, 3]) for frame in some.recursion.origins))
     assert joints._size(some) == pytest.approx(size, rel=1e-15)
@@ -804,11 +804,11 @@ def test_of_each_way_the_three_joints_that_explain_most_get_a_closer_look(wrong:
     def residuals(trees: list[TreeChange]) -> Array:
         return np.asarray(some.weigh(some.change(trees) - some.tau))
 
-    by_joint = [dict(joints._families(some, k)) for k in range(5)]
-    kept = joints._choose(by_joint, residuals, some.weigh(some.base - some.tau))
-    ways = {id(family): name for ways in by_joint for name, family in ways.items()}
+    by_joint = [{family.way: family for family in joints._families(some, k)} for k in range(5)]
+    families = [family for ways in by_joint for family in ways.values()]
+    kept = joints._choose(families, residuals, some.weigh(some.base - some.tau))
     for name in by_joint[0]:
-        chosen = [family for family in kept if ways[id(family)] == name]
+        chosen = [family for family in kept if family.way == name]
         assert len(chosen) == 3
         if len(chosen[0].starts[0]) > 1:
             continue

@@ -18,8 +18,7 @@ import numpy as np
 
 from mecanique.errors import DerivationError, EngineError, InputError, MecaniqueError
 from mecanique.files import as_bytes
-from mecanique.generation.program import Program
-from mecanique.generation.quantities import QUANTITIES, Output
+from mecanique.generation.program import QUANTITIES, Output, Program
 from mecanique.generation.targets.target import Cases, Target, run_command
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States, seated_velocities

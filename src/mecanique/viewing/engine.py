@@ -27,8 +27,7 @@ from mecanique.generation.mechanics.closed_form import Lowering
 from mecanique.generation.mechanics.constrained import inputs_at
 from mecanique.generation.mechanics.dynamics import TapeDynamics, dynamics_of
 from mecanique.generation.mechanics.free_body_forces import FreeBodyForces
-from mecanique.generation.program import Answer, Program, ProgramInput
-from mecanique.generation.quantities import QUANTITIES, Output
+from mecanique.generation.program import QUANTITIES, Answer, Output, Program, ProgramInput
 from mecanique.generation.targets.javascript import JavaScript
 from mecanique.generation.targets.javascript import functions as write_functions
 from mecanique.generation.targets.python import Python

@@ -23,14 +23,15 @@ from mecanique.derivation.tolerances import SWITCHING
 from mecanique.errors import DerivationError, InputError
 from mecanique.generation.dop853 import write_constants
 from mecanique.generation.program import Answer, Program, ProgramInput, SwitchingTerms
-from mecanique.generation.targets.c import compiler, limit_optimization
-from mecanique.generation.targets.python import require, say_versions, write_test
-from mecanique.generation.targets.steps import (
+from mecanique.generation.targets.c import (
     SteppedProgram,
+    compiler,
+    limit_optimization,
     list_numbers,
     write_function,
     write_steps,
 )
+from mecanique.generation.targets.python import require, say_versions, write_test
 from mecanique.generation.targets.target import Cases, run_command
 from mecanique.model.mechanism_units import per_second
 from mecanique.model.units import read_unit

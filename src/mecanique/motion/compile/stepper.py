@@ -245,7 +245,7 @@ def _at(array: npt.NDArray[Any]) -> ctypes.c_void_p:
 
 def _source(program: RatesProgram) -> str:
     """The whole text: sizes, coefficients, the program, the steps."""
-    from mecanique.generation.targets.steps import SteppedProgram, write_steps
+    from mecanique.generation.targets.c import SteppedProgram, write_steps
 
     symbols = {state: f"y{k}" for k, state in enumerate(program.states)}
     symbols |= {symbol: f"p{k}" for k, symbol in enumerate(program.open)} | {"t": "t"}
