@@ -449,7 +449,8 @@ def test_integrals_stand_at_the_end() -> None:
     assert text.endswith(
         "The accelerations are explicit wherever no denominator is zero. Along any motion p_phi "
         "and E are\n   constant. phi is cyclic: its velocity follows from the constant momentum, "
-        "and for r one equation\n   is left, with the effective potential V_eff (Routh)."
+        "and for r one equation\n   is left, with the effective potential V_eff and the constant "
+        "energy E in it (Routh)."
         "\n     phi'' = -2 phi' r'/r\n     r'' = r phi'^2 - mu/r^2"
         "\n     p_phi = m r^2 phi'\n     E = m r^2 phi'^2/2 + m r'^2/2 - m mu/r"
         "\n     phi' = p_phi/(m r^2)\n     V_eff = p_phi^2/(2 m r^2) - m mu/r"

@@ -75,7 +75,7 @@ _FUNCTION = (
     "the effective potential V_eff, the part of -R without velocities."
 )
 _LEFT_BY_MOMENTA = (
-    "{} cyclic: {} from {}, and for {} left, with the effective potential V_eff (Routh)."
+    "{} cyclic: {} from {}, and for {} left, with the effective potential V_eff{} (Routh)."
 )
 
 
@@ -141,15 +141,16 @@ class Routh:
         cyclic = [name for name in every if name in gone]
         others = enumerate_words([name for name in every if name not in gone])
         written = derivation.written or ()
+        stages = {stage.title: stage.results for stage in derivation.stages}
+        energy = stages.get(ENERGY_INTEGRAL, ())
         several, equations = len(cyclic) > 1, len(written) > 1
         sentence = _LEFT_BY_MOMENTA.format(
             f"{enumerate_words(cyclic)} {'are' if several else 'is'}",
             "their velocities follow" if several else "its velocity follows",
             "the constant momenta" if several else "the constant momentum",
             f"{others} {'these equations are' if equations else 'one equation is'}",
+            " and the constant energy E in it" if energy else "",
         )
-        stages = {stage.title: stage.results for stage in derivation.stages}
-        energy = stages.get(ENERGY_INTEGRAL, ())
         rates = reversed(stages[_FOLLOWING])  # the last one is given by momenta alone
         lines: tuple[Result, ...] = (*stages[_CYCLIC], *rates, *stages[_ROUTH][1:], *energy)
         return Ending(sentence, (*lines, *written), derivation.unknowns)
