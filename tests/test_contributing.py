@@ -29,7 +29,7 @@ EXAMPLES = {
 
 ELSEWHERE = {
     # SDF has screws of its own; a new joint need not be in SDF
-    "joint": {"formats/sdf.py", "formats/sdf_write.py"},
+    "joint": {"formats/sdf.py"},
     # a joint's own damping is read where URDF's joints are, and varied with them; springs may stand
     # beside a URDF or in MJCF; a forgotten free length is one of the mistakes a check looks for
     "force": {
@@ -38,7 +38,6 @@ ELSEWHERE = {
         "urdf/toml_loops.py",
         "urdf/read.py",
         "formats/mjcf.py",
-        "formats/mjcf_write.py",
         "formats/scope.py",
         "formats/sources.py",
         "formats/sdf.py",

@@ -63,7 +63,7 @@ ORDER: dict[str, list[str]] = {
         "validation",
         "mechanism",
     ],
-    "formats": ["locate sources", "solids scope", "mjcf mjcf_write sdf sdf_write", "read"],
+    "formats": ["locate sources", "solids scope", "mjcf sdf", "read"],
     "textbook": ["facts", "joints system", "corners systems", "catalogue"],
     "urdf": [
         "limits markup meshes names robots solids",

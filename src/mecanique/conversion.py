@@ -11,8 +11,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError, UrdfError
-from mecanique.formats.mjcf import read_mjcf
-from mecanique.formats.mjcf_write import write_mjcf
+from mecanique.formats.mjcf import read_mjcf, write_mjcf
 from mecanique.formats.scope import (
     SCOPES,
     Form,
@@ -22,8 +21,7 @@ from mecanique.formats.scope import (
     list_omissions,
     weld_constants,
 )
-from mecanique.formats.sdf import read_sdf
-from mecanique.formats.sdf_write import name_in_sdf, write_sdf
+from mecanique.formats.sdf import name_in_sdf, read_sdf, write_sdf
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.forces import Spring
 from mecanique.model.joint_base import Elementary, Limits, Single

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 import mecanique as mq
 from mecanique import conversion as room
 from mecanique.cli import app
-from mecanique.formats.mjcf_write import write_mjcf
+from mecanique.formats.mjcf import write_mjcf
 from mecanique.formats.scope import SCOPES, Form
 from mecanique.model.bodies.body import Shape
 from mecanique.verification.engines import ENGINES

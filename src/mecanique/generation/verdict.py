@@ -218,12 +218,6 @@ CODE_ALIKE = 1e-13
 _VARIATIONS = 5
 _CHANGE = 0.1
 
-_ROUNDS = 10
-"""How often states are drawn until enough of them are not singular."""
-
-_RANK = 1e-9
-"""Singular values of the constraints below this part of their size count as zero."""
-
 _SMALL = 1e-3
 """Answers below this part of the typical size are compared with the typical size."""
 
@@ -276,8 +270,7 @@ def _vary(program: Program, samples: int, seed: int) -> Iterator[tuple[Mechanism
 
 def _compute_cases(program: Program, mechanism: Mechanism, samples: int, seed: int) -> Cases:
     reference = Reference.of(mechanism)
-    states = _draw_regular(reference, samples, seed)
-    samples = len(states)
+    states = random_states(mechanism, samples, seed)
     random = np.random.default_rng(seed)
     q, v, t = states.q, states.v, states.t
     M = np.asarray(reference.mass_matrix(q, t))
@@ -340,31 +333,6 @@ def _has_seat(mechanism: Mechanism) -> np.ndarray:
     """Return whether Pinocchio's side knows where tau on each velocity acts, shape (nv,)."""
     seated = seated_velocities(mechanism)
     return np.array([name in seated for name in mechanism.velocities])
-
-
-def _draw_regular(reference: Reference, samples: int, seed: int) -> States:
-    """Return random states; for a closed mechanism only those where its constraints keep rank."""
-    mechanism = reference.mechanism
-    states = random_states(mechanism, samples, seed)
-    if not mechanism.constrained:
-        return states
-    draws = []
-    for k in range(_ROUNDS):
-        J = np.asarray(reference.constraint_jacobian(states.q, states.t))
-        ranks = np.linalg.matrix_rank(J, tol=_RANK * np.linalg.norm(J, axis=(1, 2)))
-        draws.append((ranks, states))
-        most = max(int(ranks.max()) for ranks, _ in draws)
-        if sum(int((ranks == most).sum()) for ranks, _ in draws) >= samples:
-            break
-        states = random_states(mechanism, samples, seed + k + 1)
-    kept = [states.at(np.flatnonzero(ranks == most)) for ranks, states in draws]
-    return States(
-        mechanism,
-        np.concatenate([part.q for part in kept])[:samples],
-        np.concatenate([part.v for part in kept])[:samples],
-        np.concatenate([part.t for part in kept])[:samples],
-        np.concatenate([part.a for part in kept])[:samples],
-    )
 
 
 def _find_sizes(name: str, sizes: np.ndarray, mass: float) -> np.ndarray:

@@ -83,7 +83,7 @@ class Tag:
 Node: TypeAlias = Tag | Comment
 
 
-def text(root: Tag) -> str:
+def write_xml(root: Tag) -> str:
     """Return the XML document, ending with a newline."""
     return "\n".join(['<?xml version="1.0"?>', *_lines(root, "")]) + "\n"
 

@@ -55,7 +55,7 @@ from mecanique.urdf.dialect import (
     UNBOUNDED,
     WORLD,
 )
-from mecanique.urdf.markup import Comment, Node, Tag, number, numbers, text
+from mecanique.urdf.markup import Comment, Node, Tag, number, numbers, write_xml
 from mecanique.urdf.reading.native_tags import write_native
 
 _KNOWN_COLORS: dict[Rgba, str] = {
@@ -121,7 +121,7 @@ def write_urdf(
     prefixes = {"xmlns:drake": DRAKE_NAMESPACE}
     if _has_native_tags(mechanism):
         prefixes["xmlns:mecanique"] = OWN_NAMESPACE
-    written = text(Tag("robot", *_robot(mechanism, links), name=mechanism.name, **prefixes))
+    written = write_xml(Tag("robot", *_robot(mechanism, links), name=mechanism.name, **prefixes))
     if path is not None:
         try:
             with write_whole(Path(path)) as file:
