@@ -115,7 +115,7 @@ def _collect_letters(dynamics: TapeDynamics) -> dict[str, tuple[ProgramInput, ..
         "a": tuple(ProgramInput(f"{v}'", f"a {v}", per_second(unit[v])) for v in speeds),
         "tau": tuple(
             ProgramInput(
-                f"tau_{v}", f"tau {v}", _find_force_unit(unit[v]), meaning.get(f"tau_{v}", "")
+                f"tau_{v}", f"tau {v}", _FORCES.get(unit[v], ""), meaning.get(f"tau_{v}", "")
             )
             for v in speeds
         ),
@@ -147,9 +147,8 @@ def _describe_free_joints(mechanism: Mechanism) -> dict[str, str]:
     return meaning
 
 
-def _find_force_unit(velocity: str) -> str:
-    """Return the unit of the generalized force of a velocity."""
-    return {"rad/s": "N·m", "m/s": "N"}.get(velocity, "")
+_FORCES = {"rad/s": "N·m", "m/s": "N"}
+"""The unit of the generalized force by that of its velocity."""
 
 
 def _find_shape(quantity: Output, mechanism: Mechanism, size: int) -> tuple[int, ...]:
@@ -230,7 +229,8 @@ def _write_elements(equations: SwitchingEquations) -> Answer:
 
 
 def _write_mode(mechanism: Mechanism, letters: Letters, mode: ModeEquations) -> Answer:
-    symbols = list(_list_symbols(mechanism))
+    switching = mechanism.switching
+    symbols = [force_symbol(part, e.name) for e in switching for part in list_letters(e)]
     formulas = [*mode.accelerations.values(), *(mode.forces.get(s, 0.0) for s in symbols)]
     values = values_of([letters.number(formula, letters.values) for formula in formulas])
     held = "; ".join(mode.conditions)
@@ -244,11 +244,6 @@ def _write_mode(mechanism: Mechanism, letters: Letters, mode: ModeEquations) -> 
         mode=tuple(mode.states.items()),
     )
     return Answer(quantity, tuple(values), (len(values),))
-
-
-def _list_symbols(mechanism: Mechanism) -> Iterator[str]:
-    for element in mechanism.switching:
-        yield from (force_symbol(letter, element.name) for letter in list_letters(element))
 
 
 def _identify(*words: str) -> str:

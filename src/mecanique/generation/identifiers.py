@@ -16,10 +16,10 @@ _ESCAPE = re.compile(r"_x([0-9a-f]+)_|_dot$")
 
 def mangle(name: str) -> str:
     """Write a name in ASCII letters, digits and underscores."""
-    plain = "".join(c if _is_plain(c) or c == "_" else _escape(c) for c in _spell_rate(name))
+    body, dot = (name[:-1], "_dot") if name.endswith("'") else (name, "")
+    plain = "".join(c if _is_plain(c) or c == "_" else _escape(c) for c in body) + dot
     if unmangle(plain) == name:
         return plain
-    body, dot = (name[:-1], "_dot") if name.endswith("'") else (name, "")
     return "".join(c if _is_plain(c) else _escape(c) for c in body) + dot
 
 
@@ -49,10 +49,6 @@ def file_stem(name: str, given: str | None = None) -> str:
         return given
     stem = mangle(name)
     return stem if stem[:1].isalpha() else f"m{stem}"
-
-
-def _spell_rate(name: str) -> str:
-    return f"{name[:-1]}_dot" if name.endswith("'") else name
 
 
 def _is_plain(character: str) -> bool:

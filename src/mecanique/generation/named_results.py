@@ -340,7 +340,8 @@ class Written(Legible):
         out += [f"{to_latex(paragraph, names)}\n" for paragraph in self.about]
         out.append("\\begin{description}\\setlength{\\itemsep}{0pt}\\setlength{\\parskip}{0pt}")
         for symbols, sentence in self.meanings:
-            said = ", ".join(self._latex_letter(name) for name in symbols)
+            letters = ((name, Latex().letter(name, False, "")) for name in symbols)
+            said = ", ".join(name if name == "…" else f"${letter}$" for name, letter in letters)
             below = " \\hfill \\\\" if width(said) > _LABEL else ""
             out.append(f"\\item[{{\\normalfont {said}}}]{below} {to_latex(sentence, names)}")
         out.append("\\end{description}")
@@ -388,9 +389,6 @@ class Written(Legible):
     @property
     def _parts(self) -> tuple[WrittenPart, ...]:
         return (self.recursion, *self.results)
-
-    def _latex_letter(self, name: str) -> str:
-        return name if name == "…" else f"${Latex().letter(name, False, '')}$"
 
 
 def _write_node(line: ResultLine, writer: Writer) -> str:

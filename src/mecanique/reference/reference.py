@@ -155,15 +155,11 @@ class Reference(Dynamics):
         finally:
             if states.efforts is not None:
                 self._tree.loads.drive(0.0)
-        answers = self._refuse_infinite(states, np.array(rows))
+        answers = np.array(rows)
+        known = np.isfinite(answers).reshape(len(answers), -1).all(axis=1)
+        if not known.all():
+            raise self._no_answer(states, int(np.argmin(known)))
         return rows[0] if states.single else answers
-
-    def _refuse_infinite(self, states: States, answers: Array) -> Array:
-        """Return answers, shape (n, …), all of which must be finite."""
-        finite = np.isfinite(answers).reshape(len(answers), -1).all(axis=1)
-        if not finite.all():
-            raise self._no_answer(states, int(np.argmin(finite)))
-        return answers
 
     def _no_answer(self, states: States, k: int, reason: str = "") -> EngineError:
         q, v, t = states.q[k].tolist(), states.v[k].tolist(), float(states.t[k])
@@ -880,7 +876,7 @@ class Reference(Dynamics):
 
         def function(q: Array, v: Array, t: float) -> Array:
             self._tree.poses(q, v, t)
-            return closures.contact_places()
+            return closures.contacts.meet().places
 
         points = np.moveaxis(self._answer(States.of(self.mechanism, q, t=t), function), -2, 0)
         names = [end.name for end in self._ends[-len(points) :]]

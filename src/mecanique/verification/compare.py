@@ -348,12 +348,6 @@ def regularity(mechanism: Mechanism, states: States) -> Array:
     return np.asarray(Reduced(mechanism).regularity(states))
 
 
-def affordable(name: str, states: States) -> States:
-    """Return the states at which a form is evaluated: only the first ones if it is slow."""
-    most = max(3, _BUDGET // max(states.v.shape[1], 1) ** 2) if name == "jets" else len(states)
-    return states.at(np.arange(min(most, len(states))))
-
-
 def is_light(name: str, mechanism: Mechanism) -> bool:
     """Return whether a form's mass matrix would take too long and is left out."""
     return name == "jets" and mechanism.nv > _READABLE
@@ -469,11 +463,13 @@ def ask(
     tell(engine_name(), 0.0)
     theirs = evaluate(engine, states, accelerations=moves)
     answers: dict[str, dict[str, Array]] = {}
+    count = len(states)
     for k, (name, form) in enumerate(ours.forms.items(), 1):
         tell(name, k / (len(ours.forms) + 2))
-        some = affordable(name, states) if budget else states
+        most = max(3, _BUDGET // max(mechanism.nv, 1) ** 2) if budget and name == "jets" else count
+        some = states.at(np.arange(min(most, count)))
         light = is_light(name, mechanism)
-        if len(some) < len(states):
+        if len(some) < count:
             without = ", without the mass matrix" if light else ""
             notes = (
                 *notes,

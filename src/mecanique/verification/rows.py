@@ -256,7 +256,7 @@ def _explain_not_finite(names: tuple[str, str], ours: Array, theirs: Array) -> s
     """Say which source is not finite, the second if both are; empty if all values are finite."""
     remark = ""
     for name, values in zip(names, (ours, theirs), strict=True):
-        if bad := _count_not_finite(values):
+        if bad := int((~np.isfinite(values).reshape(len(values), -1).all(axis=1)).sum()):
             remark = f"{name} is not finite at {bad} of {say_count(len(values), 'state')}"
     return remark
 
@@ -283,8 +283,3 @@ def least_size(quantity: str, mass: float) -> float:
     if quantity == "mass matrix":
         return 1.0
     return mass if quantity in _BY_MASS else mass**0.5
-
-
-def _count_not_finite(values: Array) -> int:
-    finite = np.isfinite(values.reshape(len(values), -1)).all(axis=1)
-    return int(np.count_nonzero(~finite))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any, Protocol, final
+from typing import Any, final
 
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.mechanics.forces import Forces
@@ -27,22 +27,6 @@ from mecanique.program.traced import values_of
 
 _READABLE = 4
 """Closed forms with more velocities are not tried: they take long to derive, and gain little."""
-
-
-class Form(Protocol):
-    """A way to compute the equations of motion."""
-
-    def mass_matrix(self) -> Rows:
-        """Return M."""
-
-    def bias(self) -> list[Any]:
-        """Return the bias."""
-
-    def forces(self) -> list[Any]:
-        """Return the generalized forces."""
-
-    def energy(self) -> tuple[Any, Any]:
-        """Return kinetic and potential energy."""
 
 
 @final
@@ -75,7 +59,9 @@ class Tree:
 class TapeDynamics:
     """The quantities of one mechanism on a tape: by some form, and poses by recursion."""
 
-    def __init__(self, letters: Letters, form: Form, tree: Tree, title: str) -> None:
+    def __init__(
+        self, letters: Letters, form: ClosedFormProgram | Tree, tree: Tree, title: str
+    ) -> None:
         self.letters = letters
         self.title = title
         self._form = form

@@ -273,18 +273,15 @@ class FreeBodyForces:
         units = [
             unit for unit in act_loop(loop, self._recursion.ground) if unit.body == loop.body_b
         ]
+        loops = self._mechanism.loops
+        first = sum(len(CLOSED[closed.kind]) for closed in loops[: loops.index(loop)])
+        multipliers = self._dynamics.multipliers[first : first + len(units)]
         force, moment = NOTHING, NOTHING
-        for unit, multiplier in zip(units, self._multipliers(loop), strict=True):
+        for unit, multiplier in zip(units, multipliers, strict=True):
             force = add(force, scale(multiplier, unit.force))
             moment = add(moment, scale(multiplier, unit.moment))
         held = AppliedWrench(loop.name, "reaction", loop.body_b, units[0].point, force, moment)
         return held, held.opposite(loop.body_a)
-
-    def _multipliers(self, loop: Loop) -> list[Any]:
-        """Return the multipliers of a loop's rows."""
-        loops = self._mechanism.loops
-        first = sum(len(CLOSED[closed.kind]) for closed in loops[: loops.index(loop)])
-        return self._dynamics.multipliers[first : first + len(CLOSED[loop.kind])]
 
     def _pose(self, body: str) -> Matrix:
         pose: Matrix = self._recursion.pose(body)

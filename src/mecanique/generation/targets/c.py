@@ -236,12 +236,9 @@ def _write_table(name: str, rows: np.ndarray) -> list[str]:
 
 
 def _write_comment(lines: Sequence[str]) -> list[str]:
-    first, *rest = [_to_ascii(line).replace("*/", "* /") for line in lines]
+    text = "\n".join(lines).translate(_PLAIN).encode("ascii", "backslashreplace").decode()
+    first, *rest = text.replace("*/", "* /").split("\n")
     return ["/*", f" * {first}".rstrip(), *(f" * {line}".rstrip() for line in rest), " */"]
-
-
-def _to_ascii(text: str) -> str:
-    return text.translate(_PLAIN).encode("ascii", "backslashreplace").decode()
 
 
 def _wrap(line: str, width: int = 100) -> list[str]:

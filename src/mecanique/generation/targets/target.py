@@ -147,7 +147,8 @@ def list_reads(program: Program, answer: Answer, *, stacked: bool = False) -> li
     stacked = stacked or "y" in answer.quantity.takes
     symbols, letters = symbols_of(program), program.letters
     reads = []
-    for kind in _kinds_of(answer):
+    kinds = [part for kind in answer.quantity.takes for part in ("qv" if kind == "y" else [kind])]
+    for kind in (*kinds, "p"):
         array = "y" if stacked and kind in ("q", "v") else kind
         offset = len(letters["q"]) if stacked and kind == "v" else 0
         for k, (letter, symbol) in enumerate(zip(letters[kind], symbols[kind], strict=True)):
@@ -163,14 +164,6 @@ def list_answer(
     spelled = {read.letter.place: read.symbol for read in reads}
     listing = list_program(program.tape, answer.values, spelled, notation)
     return listing, [read for read in reads if read.letter.place in listing.inputs]
-
-
-def _kinds_of(answer: Answer) -> tuple[str, ...]:
-    """Return the kinds of inputs of an answer, with q and v for y, and the parameters."""
-    kinds: list[str] = []
-    for kind in answer.quantity.takes:
-        kinds += ["q", "v"] if kind == "y" else [kind]
-    return (*kinds, "p")
 
 
 def describe(letters: Sequence[ProgramInput]) -> list[str]:

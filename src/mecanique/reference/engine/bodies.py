@@ -28,11 +28,6 @@ class MovingFrame(NamedTuple):
     spin: Array  # angular velocity
     spin_up: Array  # angular acceleration
 
-    def position_of(self, point: Array) -> Array:
-        """Return the place of a point of the frame, shape (3,) in it."""
-        position: Array = self.place + self.turn @ point
-        return position
-
     def velocity_of(self, point: Array) -> Array:
         """Return the velocity of a point of the frame."""
         return self.velocity + cross(self.spin, self.turn @ point)
@@ -73,7 +68,7 @@ def momenta(tree: EngineTree, frames: list[MovingFrame]) -> Momentum:
     """Return p = Σ m v_c and L = Σ (c × m v_c + I ω), about the origin and the common center."""
     linear, angular, first = (np.zeros_like(frames[0].place) for _ in range(3))
     for inertia, frame in massive(tree, frames):
-        center = frame.position_of(inertia.lever)
+        center = frame.place + frame.turn @ inertia.lever
         push = inertia.mass * frame.velocity_of(inertia.lever)
         spin = rotate(frame.turn.swapaxes(-1, -2), frame.spin)
         linear += push

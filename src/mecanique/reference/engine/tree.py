@@ -461,14 +461,13 @@ class EngineTree:
                     massless = mode
                     continue
                 sound = True
-                recursive = recursive and self._recursion_agrees(mass, q, v, t)
+                if recursive:
+                    right = self.forces(q, v, t) - self.bias(q, v, t)
+                    error = backward_error(mass, self._recurse(q, v, t), right)
+                    recursive = error < AGREEMENT
             except (ArithmeticError, ValueError, EngineError):
                 # a map or a force is not defined in this random state
                 continue
         if not sound:
             self.massless = massless
         return recursive and sound
-
-    def _recursion_agrees(self, mass: Array, q: Array, v: Array, t: float) -> bool:
-        right = self.forces(q, v, t) - self.bias(q, v, t)
-        return backward_error(mass, self._recurse(q, v, t), right) < AGREEMENT

@@ -383,10 +383,6 @@ class Closures:
         six = (self._sums @ pushes).reshape(-1, 2, 3)
         return six[:, 0], six[:, 1] + cross(met.places - met.seats, six[:, 0]), met.seats
 
-    def contact_places(self) -> Array:
-        """Return the points of contact in the engine's present position, shape (contacts, 3)."""
-        return self.contacts.meet().places
-
     def _meet(self, moving: Array | None = None, *, gaps: bool = False) -> Meeting:
         """Return where all loops and contacts meet in the engine's present state, by J u."""
         if not self.contacts.names:
