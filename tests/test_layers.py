@@ -156,7 +156,7 @@ ORDER: dict[str, list[str]] = {
         "chapter survey",
     ],
     "verification.causes": ["evidence", "joints links", "search"],
-    "verification.chapter": ["row", "energies examples laws pendulum words_read"],
+    "verification.chapter": ["row", "examples sections"],
     "checking": ["budget", "grammar", "judgement", "verdict", "mistakes", "check"],
     "checking.grammar": ["tree", "letters tape mathml", "scanner", "reader"],
     "checking.judgement": ["truth", "equilibria motion proof release", "quantities", "formula"],

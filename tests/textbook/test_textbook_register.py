@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from mecanique.cli import app
 from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.scalars.series import Series
-from mecanique.verification.chapter import examples, laws, pendulum, register
+from mecanique.verification.chapter import examples, register, sections
 from mecanique.verification.chapter.row import (
     ChapterRow,
     agreement,
@@ -52,7 +52,7 @@ def every_row(printed: dict[str, Any]) -> tuple[ChapterRow, ...]:
         return misprint(number, states, how, off, *more, **words)
 
     with pytest.MonkeyPatch.context() as patch:
-        for module in (examples, laws, pendulum):
+        for module in (examples, sections):
             patch.setattr(module, "misprint", keep)
         return register.__wrapped__()
 

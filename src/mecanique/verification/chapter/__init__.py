@@ -21,10 +21,9 @@ def register() -> tuple[ChapterRow, ...]:
     """Check the numbered equations, displayed results of Examples 1.1 and 1.2, and sentences."""
     from dataclasses import replace
 
-    from mecanique.verification.chapter import energies, examples, laws, pendulum, words_read
+    from mecanique.verification.chapter import examples, sections
 
-    numbered = (*laws.rows(), *pendulum.rows(), *energies.rows())
-    in_order = sorted(numbered, key=lambda row: row.place)
-    said = (laws, pendulum, examples, words_read)
-    sentences = [replace(row, about="sentence") for part in said for row in part.sentences()]
+    in_order = sorted(sections.rows(), key=lambda row: row.place)
+    said = (*sections.sentences(), *examples.sentences(), *sections.wording())
+    sentences = [replace(row, about="sentence") for row in said]
     return (*in_order, *examples.list_blocks(), *examples.list_bars(), *sentences)
