@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import mecanique as mq
-from mecanique.urdf.dialect import OWN_NAMESPACE
+from mecanique.urdf.dialect import NAMESPACE
 from mecanique.urdf.rules import RULES
 
 ROOT = Path(__file__).parents[1]
@@ -117,7 +117,7 @@ def test_the_page_on_urdf_lists_our_own_tags() -> None:
     from mecanique.urdf.reading.native_tags import NATIVE_TAGS
 
     page = (DOCS / "urdf.md").read_text(encoding="utf-8")
-    assert OWN_NAMESPACE in page
+    assert NAMESPACE in page
     for tag in (SCREW, *NATIVE_TAGS):
         assert f"`{tag}`" in page
 

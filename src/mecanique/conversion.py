@@ -236,9 +236,9 @@ def _bounds_apart(mechanism: Mechanism, result: Mechanism) -> Iterator[float]:
     """Yield the relative differences of positions' limits, of joints with one coordinate."""
     read = {joint.name: joint for joint in result.joints}
     for joint in mechanism.joints:
-        other = _find_joint(read, joint.name)
-        if isinstance(joint, Single) and isinstance(other, Single):
-            sides = [side.limits or Limits() for side in (joint, other)]
+        back = _find_joint(read, joint.name)
+        if isinstance(joint, Single) and isinstance(back, Single):
+            sides = [side.limits or Limits() for side in (joint, back)]
             for ours, theirs in zip(*((x.lower, x.upper) for x in sides), strict=True):
                 if max(abs(ours), abs(theirs)) < UNBOUNDED:
                     yield abs(ours - theirs) / max(abs(ours), 1.0)

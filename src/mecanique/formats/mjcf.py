@@ -796,9 +796,9 @@ class _Reader(Source):
         inertia = 1 / np.diag(np.linalg.inv(M))
         for joint, (constant, ratio) in self._timed.items():
             stiffness, damping = np.zeros((2, 3))
-            own = inertia[tree.velocities.index(f"{joint}'")]
-            stiffness[0] = self._options.has("spring") * own / (constant * ratio) ** 2
-            damping[0] = self._options.has("damper") * 2 * own / constant
+            effective = inertia[tree.velocities.index(f"{joint}'")]
+            stiffness[0] = self._options.has("spring") * effective / (constant * ratio) ** 2
+            damping[0] = self._options.has("damper") * 2 * effective / constant
             self.resist(joint, joint, stiffness, np.full(2, self._rests[joint]), damping)
 
     def _limits(self, texts: Given, unit: float) -> Limits | None:

@@ -304,7 +304,7 @@ def passes_on(mechanism: Mechanism, joint: Joint) -> Joint | None:
 
     MuJoCo refuses bodies between joints that have no mass.
     """
-    behind = [other for other in mechanism.joints if other.parent == joint.child]
+    behind = [further for further in mechanism.joints if further.parent == joint.child]
     idle = isinstance(joint, Single) and _is_idle(mechanism, joint.child)
     if not idle or len(behind) != 1:
         return None

@@ -20,8 +20,8 @@ _Operation: TypeAlias = Callable[[Any, Scalar], Any]
 def _both_ways(operation: _Operation) -> tuple[_Operation, _Operation]:
     """Return an operator of a named quantity, with the other operand on its right or left."""
     return (
-        lambda named, other: operation(named._sympy_(), _exact(other)),
-        lambda named, other: operation(_exact(other), named._sympy_()),
+        lambda named, operand: operation(named._sympy_(), _exact(operand)),
+        lambda named, operand: operation(_exact(operand), named._sympy_()),
     )
 
 

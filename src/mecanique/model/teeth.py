@@ -30,8 +30,8 @@ class PitchPoint(NamedTuple):
 
     axis: Array
     toward: Array  # from its center to where the pitch circles touch, a unit vector
-    other_axis: Array
-    other_toward: Array  # the same from its center
+    partner_axis: Array
+    partner_toward: Array  # the same from its center
     # angles by which the teeth of both point out of their wheels' planes, towards the axes; zero
     # unless they are bevel wheels [rad]
     rises: tuple[float, float] = (0.0, 0.0)
@@ -54,8 +54,8 @@ def find_pitch_point(mechanism: Mechanism, mesh: Gear | Rack, A: Array, B: Array
         return PitchPoint(
             axis=n,
             toward=bevel.sides[0] * (line - c * n) / s,
-            other_axis=line,
-            other_toward=bevel.sides[1] * (n - c * line) / s,
+            partner_axis=line,
+            partner_toward=bevel.sides[1] * (n - c * line) / s,
             # at right angles on the ray to where they touch, towards the other wheel
             rises=(-atan2(r, a), -atan2(R, b)),
             ray=float(np.hypot(a, r)),
@@ -230,18 +230,18 @@ def _mesh(
     A, B = poses[wheel.child], poses[partner_joint.child]
     touch = find_pitch_point(mechanism, mesh, A, B)
     n, u, t = touch.axis, touch.toward, np.cross(touch.axis, touch.toward)
-    radius, (count, other_count) = mechanism.evaluate(mesh.radius), counts
+    radius, (count, partner_count) = mechanism.evaluate(mesh.radius), counts
     pitch = 2 * pi * radius / count
     internal = isinstance(mesh, Gear) and mesh.internal
     width = _width_of(mechanism, mesh, touch) or pitch
     known, partner = placed.get((wheel.child, internal)), placed.get((partner_joint.child, False))
-    along = np.cross(touch.other_axis, touch.other_toward)
+    along = np.cross(touch.partner_axis, touch.partner_toward)
     sign = 1 if along @ t > 0 else -1
     apart = 0.0  # along t, of a tooth of the wheel from where the pitch circles touch [m]
     if isinstance(known, WheelTeeth):
         apart = radius * _turn_of(known, A, n, u)
     elif isinstance(partner, WheelTeeth) and isinstance(mesh, Gear):
-        turn = _turn_of(partner, B, touch.other_axis, touch.other_toward)
+        turn = _turn_of(partner, B, touch.partner_axis, touch.partner_toward)
         apart = sign * mechanism.evaluate(mesh.other_radius) * turn + pitch / 2
     first, second = touch.rises
     yield WheelTeeth(
@@ -257,12 +257,12 @@ def _mesh(
     between = apart + pitch / 2
     if isinstance(mesh, Gear):
         size = mechanism.evaluate(mesh.other_radius)
-        frame = np.stack([touch.other_toward, along, touch.other_axis], axis=1)
+        frame = np.stack([touch.partner_toward, along, touch.partner_axis], axis=1)
         yield WheelTeeth(
             body=partner_joint.child,
             axes=B[:3, :3].T @ frame,
             radius=mesh.other_radius,
-            count=other_count,
+            count=partner_count,
             phase=sign * between / size,
             internal=False,
             width=width,

@@ -61,11 +61,11 @@ class Force(_Pair):
         """Return the zero wrench."""
         return Force(np.zeros(6))
 
-    def __add__(self, other: Force) -> Force:
-        return Force(self.vector + other.vector)
+    def __add__(self, wrench: Force) -> Force:
+        return Force(self.vector + wrench.vector)
 
-    def __sub__(self, other: Force) -> Force:
-        return Force(self.vector - other.vector)
+    def __sub__(self, wrench: Force) -> Force:
+        return Force(self.vector - wrench.vector)
 
 
 @final
@@ -95,16 +95,16 @@ class Inertia:
         """Return zero inertia."""
         return Inertia(0.0, np.zeros(3), np.zeros((3, 3)))
 
-    def __add__(self, other: Inertia) -> Inertia:
-        mass = self.mass + other.mass
+    def __add__(self, added: Inertia) -> Inertia:
+        mass = self.mass + added.mass
         if not mass:
-            return Inertia(0.0, np.zeros(3), self.inertia + other.inertia)
-        between = self.lever - other.lever
+            return Inertia(0.0, np.zeros(3), self.inertia + added.inertia)
+        between = self.lever - added.lever
         steiner = (between @ between) * np.eye(3) - np.outer(between, between)
         return Inertia(
             mass,
-            (self.mass * self.lever + other.mass * other.lever) / mass,
-            self.inertia + other.inertia + self.mass * other.mass / mass * steiner,
+            (self.mass * self.lever + added.mass * added.lever) / mass,
+            self.inertia + added.inertia + self.mass * added.mass / mass * steiner,
         )
 
     def __mul__(self, motion: Motion) -> Force:
@@ -302,7 +302,7 @@ class Data:
     """The results of the recursions, joint by joint; arrays are changed in place."""
 
     # Poses are in the world (`oMi`, `oMf`) and in the parent (`liMi`); twists, accelerations,
-    # wrenches and `own` Jacobians in the joint's own frame; J in world axes at the world's origin
+    # wrenches and Jacobians in the joint's own frame; J in world axes at the world's origin
 
     def __init__(self, model: Model) -> None:
         count, nv = model.njoints, model.nv
@@ -318,7 +318,7 @@ class Data:
         self.f = [Force(np.zeros(6)) for _ in range(count)]
         self.Ycrb = [Inertia.Zero() for _ in range(count)]
         self.masses = [inertia.matrix() for inertia in model.inertias]
-        self.own, self.inside = np.zeros((count, 6, nv)), np.zeros((count, 6, 6))
+        self.body_jacobians, self.inside = np.zeros((count, 6, nv)), np.zeros((count, 6, 6))
         self.J, self.dJ = np.zeros((6, nv)), np.zeros((6, nv))
         self.joints = model.joints
 
@@ -466,13 +466,13 @@ def computeGeneralizedGravity(model: Model, data: Data, q: Array) -> Array:
 def crba(model: Model, data: Data, q: Array) -> Array:
     """Return the mass matrix, shape (nv, nv)."""
     _place(model, data, q)
-    _find_own(model, data)
+    _set_body_jacobians(model, data)
     data.Ycrb[:] = [
         Inertia(inertia.mass, inertia.lever, inertia.inertia) for inertia in model.inertias
     ]
     M = np.diag(model.armature)
     for i in range(model.njoints - 1, 0, -1):
-        M += data.own[i].T @ data.masses[i] @ data.own[i]
+        M += data.body_jacobians[i].T @ data.masses[i] @ data.body_jacobians[i]
         if model.parents[i]:
             data.Ycrb[model.parents[i]] += data.liMi[i].act(data.Ycrb[i])
     return M
@@ -523,11 +523,11 @@ def computeJointJacobiansTimeVariation(model: Model, data: Data, q: Array, v: Ar
 def computeFrameJacobian(model: Model, data: Data, q: Array, frame: int, axes: str) -> Array:
     """Return the Jacobian of a frame in world axes at its origin, shape (6, nv)."""
     _place(model, data, q)
-    _find_own(model, data)
+    _set_body_jacobians(model, data)
     at = model.frames[frame]
-    own, turn = data.own[at.parentJoint], data.oMi[at.parentJoint].rotation
-    linear = own[:3] - hat(at.placement.translation) @ own[3:]
-    return np.concatenate([turn @ linear, turn @ own[3:]])
+    J, turn = data.body_jacobians[at.parentJoint], data.oMi[at.parentJoint].rotation
+    linear = J[:3] - hat(at.placement.translation) @ J[3:]
+    return np.concatenate([turn @ linear, turn @ J[3:]])
 
 
 def computePotentialEnergy(model: Model, data: Data, q: Array) -> float:
@@ -553,23 +553,23 @@ def _place(model: Model, data: Data, q: Array) -> None:
         data.oMi[i].translation[:] = outside.rotation @ inside.translation + outside.translation
 
 
-def _find_own(model: Model, data: Data) -> None:
-    """Set the own Jacobians of the joints, and how twists are transformed into their frames."""
+def _set_body_jacobians(model: Model, data: Data) -> None:
+    """Set the Jacobians of the joints in their frames, and how twists are transformed there."""
     for i in range(1, model.njoints):
         inside, back = data.inside[i], data.liMi[i].rotation.T
         inside[:3, :3] = inside[3:, 3:] = back
         inside[:3, 3:] = -back @ hat(data.liMi[i].translation)
-        np.matmul(inside, data.own[model.parents[i]], out=data.own[i])
-        data.own[i][:, _span(model.joints[i])] = model.joints[i].S
+        np.matmul(inside, data.body_jacobians[model.parents[i]], out=data.body_jacobians[i])
+        data.body_jacobians[i][:, _span(model.joints[i])] = model.joints[i].S
 
 
 def _move(model: Model, data: Data, v: Array, a: Array) -> None:
     """Set twists and accelerations, given the poses in the parents."""
-    _find_own(model, data)
+    _set_body_jacobians(model, data)
     for i in range(1, model.njoints):
         joint, span = model.joints[i], _span(model.joints[i])
         inside, parent = data.inside[i], model.parents[i]
-        relative, twist = joint.S @ v[span], data.own[i] @ v
+        relative, twist = joint.S @ v[span], data.body_jacobians[i] @ v
         data.v[i].vector[:] = twist
         change = np.concatenate(
             [

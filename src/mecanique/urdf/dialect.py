@@ -19,7 +19,7 @@ DRAKE_NAMESPACE = "http://drake.mit.edu"
 WORLD = "world"
 """The link that Drake and others take as the inertial frame."""
 
-OWN_NAMESPACE = "urn:mecanique"
+NAMESPACE = "urn:mecanique"
 """Namespace declared for the prefix `mecanique:`, where it is used."""
 
 SCREW = "mecanique:screw"

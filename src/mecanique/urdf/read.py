@@ -167,7 +167,7 @@ def mechanism_of(
         bodies.insert(0, Body(ground))
         name = Names(joint.name for joint in joints).free("root_joint")
         joints.insert(0, Floating(name, ground, document.root))
-    joints = _with_own_names(joints)
+    joints = _with_distinct_names(joints)
     named = {joint.name: joint for joint in joints}
     parts = {**document.extensions.parts, "forces": _forces(document, damping)}
     stated: dict[str, Any] = {}
@@ -212,7 +212,7 @@ def _joints(document: UrdfDocument, report: Report) -> tuple[list[Joint], set[st
     return list(joints.values()), {t.child for t in document.joints if t.screw}
 
 
-def _with_own_names(joints: list[Joint]) -> list[Joint]:
+def _with_distinct_names(joints: list[Joint]) -> list[Joint]:
     """Give each joint its own coordinates: a joint may be called t, or like a coordinate."""
     names = Names(["t"])
     named: dict[str, Joint] = {}

@@ -49,7 +49,7 @@ from mecanique.urdf.dialect import (
     DRAKE_JOINT,
     DRAKE_NAMESPACE,
     IN_DRAKE,
-    OWN_NAMESPACE,
+    NAMESPACE,
     SCREW,
     SPRING_DAMPER,
     UNBOUNDED,
@@ -120,7 +120,7 @@ def write_urdf(
     links = chains(mechanism, spherical)
     prefixes = {"xmlns:drake": DRAKE_NAMESPACE}
     if _has_native_tags(mechanism):
-        prefixes["xmlns:mecanique"] = OWN_NAMESPACE
+        prefixes["xmlns:mecanique"] = NAMESPACE
     written = write_xml(Tag("robot", *_robot(mechanism, links), name=mechanism.name, **prefixes))
     if path is not None:
         try:

@@ -160,7 +160,7 @@ def blame_substitution(
     return (LikelyCause("constraint put into T", "", text, before, after),)
 
 
-Other: TypeAlias = (
+Counterpart: TypeAlias = (
     "Mechanism | Functions | Mapping[str, Callable[..., Any]] | Callable[..., Any] | str | "
     "os.PathLike[str]"
 )
@@ -173,7 +173,7 @@ _BY_VELOCITY = ("mass matrix", "bias", "gravity", "forces", "inverse dynamics", 
 
 def compare_with(
     mechanism: Mechanism,
-    against: Other,
+    against: Counterpart,
     samples: int,
     seed: int,
     tolerance: float,

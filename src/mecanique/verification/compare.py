@@ -45,7 +45,7 @@ from mecanique.verification.verdict import SOLVED_ALIKE, Row, Verdict, conclude
 from mecanique.wording import OF_SHAPES, say_count
 
 if TYPE_CHECKING:
-    from mecanique.verification.against import Other
+    from mecanique.verification.against import Counterpart
 
 
 WAY_OUT = f"give its bodies mass and inertia: {OF_SHAPES}"
@@ -547,7 +547,7 @@ def verify(
     samples: int | None = None,
     seed: int = 0,
     *,
-    against: Other | None = None,
+    against: Counterpart | None = None,
     header: str | os.PathLike[str] | None = None,
     tolerance: float | None = None,
     engines: Sequence[str] = (),

@@ -541,10 +541,10 @@ def _weigh(a: Mechanism, numeric: Sequence[_Numeric], notes: list[str]) -> list[
         else:
             joints = tuple(changed if x.name == changed.name else x for x in bare.joints)
             mechanism = replace(bare, joints=joints)
-        other_mass, other_bias = _dynamics(mechanism, states)
+        changed_mass, changed_bias = _dynamics(mechanism, states)
         differences = (
-            differ_by("mass matrix", mass, other_mass, mass),
-            differ_by("bias", bias, other_bias, mass),
+            differ_by("mass matrix", mass, changed_mass, mass),
+            differ_by("bias", bias, changed_bias, mass),
         )
         weighed.append(replace(change, weight=float(np.mean(differences, axis=1).max())))
     return weighed

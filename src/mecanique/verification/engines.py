@@ -177,8 +177,8 @@ def _compare_all(
             original = answers[reading.engine]
             alike = [
                 name
-                for name, other in answers.items()
-                if name != reading.engine and asked.alike(original, other)
+                for name, answer in answers.items()
+                if name != reading.engine and asked.alike(original, answer)
             ]
             alike += [] if reading.differs else [OURS]
             readings[k] = replace(reading, alike=tuple(alike))
@@ -234,10 +234,10 @@ class _Asked:
             return False
         names = [name for name in a.joints if name in self.ours]
         mass, bias, held = self.select(a, names)
-        other_mass, other_bias, other_held = self.select(b, names)
-        if self.loaded is not None and held is not None and other_held is not None:
-            bias, other_bias = bias - held, other_bias - other_held
-        pairs = [("mass matrix", mass, other_mass), ("bias", bias, other_bias)]
+        mass_b, bias_b, held_b = self.select(b, names)
+        if self.loaded is not None and held is not None and held_b is not None:
+            bias, bias_b = bias - held, bias_b - held_b
+        pairs = [("mass matrix", mass, mass_b), ("bias", bias, bias_b)]
         return _difference(pairs, mass) <= READ_ALIKE
 
     def answers(self, names: Sequence[str], *, loaded: bool) -> tuple[Array, Array]:
@@ -270,7 +270,7 @@ def _in_world(tree: Mechanism, joint: Floating, places: Array) -> Array:
     """
     from scipy.spatial.transform import Rotation
 
-    carriers = {other.child: other for other in tree.joints}
+    carriers = {held.child: held for held in tree.joints}
     pose, parent = tree.matrix(joint.origin), joint.parent
     while isinstance(carrier := carriers.get(parent), Fixed):
         pose, parent = tree.matrix(carrier.origin) @ pose, carrier.parent

@@ -508,7 +508,7 @@ class _Caller:
         answers = []
         for k in range(len(self._rows["t"])):
             row = {kind: self._rows[kind][k].copy() for kind in takes}
-            answers.append(self._one(code, name, row, shapes))
+            answers.append(self._answer(code, name, row, shapes))
         return np.array(answers)
 
     def _refuse_sizes(self, function: Any, name: str, takes: tuple[str, ...]) -> None:
@@ -523,7 +523,7 @@ class _Caller:
                     f"{function.numel_in(k)}"
                 )
 
-    def _one(
+    def _answer(
         self,
         function: Callable[..., Any],
         name: str,

@@ -152,8 +152,8 @@ class Articulated:
                 inverse = 1.0 / step.inertia
                 for row, push in step.pushed.items():
                     share = push * inverse
-                    for other, slope in step.pushed.items():
-                        compliance[row][other] = compliance[row].get(other, 0.0) + share * slope
+                    for column, slope in step.pushed.items():
+                        compliance[row][column] = compliance[row].get(column, 0.0) + share * slope
                     active[row] = add(active[row], scale(-1.0 * share, step.carried))
                 _add_square(inertia, step.carried, -1.0 * inverse)
                 for loop in {loop_of[row] for row in step.pushed}:
@@ -205,16 +205,16 @@ class Articulated:
         coupled = compliance.pop(row)
         pivot = coupled.pop(row)
         direction = active.pop(row, _STILL)
-        coupled = {other: slope for other, slope in coupled.items() if other in compliance}
+        coupled = {column: slope for column, slope in coupled.items() if column in compliance}
         self._steps.append(_RowStep(row, place, direction, pivot, coupled))
         inverse = 1.0 / pivot
-        for other, slope in coupled.items():
+        for column, slope in coupled.items():
             share = slope * inverse
             for last, push in coupled.items():
-                compliance[other][last] = compliance[other].get(last, 0.0) - share * push
+                compliance[column][last] = compliance[column].get(last, 0.0) - share * push
             if place >= 0:
-                before = active.get(other, _STILL)
-                active[other] = add(before, scale(-1.0 * share, direction))
+                before = active.get(column, _STILL)
+                active[column] = add(before, scale(-1.0 * share, direction))
         if place >= 0:
             _add_square(inertia, direction, inverse)
 
@@ -222,7 +222,7 @@ class Articulated:
         """Note how weakly the joints that a loop has passed close it."""
         block: Rows = []
         for row in rows:
-            block.append([compliance[row].get(other, 0.0) for other in rows])
+            block.append([compliance[row].get(column, 0.0) for column in rows])
         blocks = [self._loops.blocks[row] for row in rows]
         total = weakness(block, factorize(self._tape, block), blocks)
         self._weakness = self._weakness + total * total
@@ -258,8 +258,8 @@ class Articulated:
                 biases[step.link] = add(bias, scale(part, step.carried))
             else:
                 part = left[step.row] * (1.0 / step.compliance)
-                for other, slope in step.coupled.items():
-                    left[other] = left[other] - slope * part
+                for column, slope in step.coupled.items():
+                    left[column] = left[column] - slope * part
                 if step.link >= 0:
                     biases[step.link] = add(biases[step.link], scale(part, step.direction))
             parts.append(part)
@@ -282,8 +282,8 @@ class Articulated:
             here = moved[at] if at >= 0 else _STILL
             if isinstance(step, _RowStep):
                 pull = dot(step.direction, here)
-                for other, slope in step.coupled.items():
-                    pull = pull + slope * multipliers[other]
+                for column, slope in step.coupled.items():
+                    pull = pull + slope * multipliers[column]
                 multipliers[step.row] = -1.0 * (part + pull * (1.0 / step.compliance))
             else:
                 held = -1.0 * dot(step.carried, here)

@@ -184,10 +184,10 @@ class Variants(Description):
             {'theta': chi - phi}
         """
         hinges = {j.coordinate for j in self.joints if isinstance(j, Revolute)}
-        own = [name for name in self.coordinates if name in hinges]
+        turning = [name for name in self.coordinates if name in hinges]
         for name in letters:
-            if name not in own:
-                known = ", ".join(own) or "none"
+            if name not in turning:
+                known = ", ".join(turning) or "none"
                 raise InputError(f"expected a coordinate of a hinge ({known}), got {name!r}")
         driven: dict[str, Scalar] = {}
         turned = {self.ground: _Turned(np.eye(3))}

@@ -76,7 +76,7 @@ def _joints(model: Any) -> Iterator[EngineJoint]:
         joint = joints.pop(0)
         place, rate, kind = int(joint.qposadr[0]), int(joint.dofadr[0]), int(joint.type[0])
         name = joint.name.removesuffix(_PLANAR[0])
-        if [joint.name, *(other.name for other in joints[:2])] == [name + k for k in _PLANAR]:
+        if [joint.name, *(part.name for part in joints[:2])] == [name + k for k in _PLANAR]:
             del joints[:2]
             yield EngineJoint(name, slice(place, place + 3), rate, "planar", same)
         elif kind == 0:

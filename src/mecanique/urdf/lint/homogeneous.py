@@ -54,9 +54,9 @@ class HomogeneousSolid:
     high: Array
     kind: str
 
-    def __add__(self, other: HomogeneousSolid) -> HomogeneousSolid:
-        whole = sum_masses([Mass(x.volume, x.center, x.inertia) for x in (self, other)])
-        low, high = np.minimum(self.low, other.low), np.maximum(self.high, other.high)
+    def __add__(self, solid: HomogeneousSolid) -> HomogeneousSolid:
+        whole = sum_masses([Mass(x.volume, x.center, x.inertia) for x in (self, solid)])
+        low, high = np.minimum(self.low, solid.low), np.maximum(self.high, solid.high)
         return HomogeneousSolid(whole.mass, whole.center, whole.inertia, low, high, "several")
 
     def outside(self, point: Array) -> float:

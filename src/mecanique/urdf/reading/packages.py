@@ -58,13 +58,13 @@ class MeshSearch:
         prefixes = _folders(os.environ.get("AMENT_PREFIX_PATH"))
         self._path += [prefix / "share" for prefix in prefixes]
         self._path += _find_fetched()
-        self._found: dict[str, Path | None] = {}
+        self._located: dict[str, Path | None] = {}
 
     def find(self, uri: str) -> Path | None:
         """Return the file of a mesh, None if there is none; refuse a path out of its package."""
-        if uri not in self._found:
-            self._found[uri] = self._search(uri)
-        return self._found[uri]
+        if uri not in self._located:
+            self._located[uri] = self._search(uri)
+        return self._located[uri]
 
     def package(self, name: str) -> Path | None:
         """Return the folder of a package, or None if it is not found."""

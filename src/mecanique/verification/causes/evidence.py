@@ -492,7 +492,7 @@ def fit_families(
         most,
     )
     for family in families:
-        tried = [k for k, (other, _) in enumerate(problems) if other is family]
+        tried = [k for k, (start_of, _) in enumerate(problems) if start_of is family]
         best = min(tried, key=lambda k: float(costs[k]))
         if not costs[best] < evidence.before:
             continue

@@ -108,14 +108,14 @@ def fit_inertias(evidence: Evidence) -> Iterator[Hypothesis]:
                 text = f"mass, center or inertia of {where} differ, in no way known as a mistake"
                 change = np.zeros((4, 4))
                 change[_UPPER] = solution
-                any_other = J + change + np.triu(change, 1).T
+                fitted = J + change + np.triu(change, 1).T
                 yield Hypothesis(
                     "other inertia",
                     where,
                     text,
-                    effect.answer(evidence, [any_other], J)[0],
+                    effect.answer(evidence, [fitted], J)[0],
                     len(solution),
-                    tree=TreeChange(moments={k: any_other}),
+                    tree=TreeChange(moments={k: fitted}),
                     slopes=np.moveaxis(effect.columns, -1, 0),
                 )
     for _, k, effect in sorted(fits, key=lambda fit: fit[0])[:_CLOSER]:
@@ -376,12 +376,12 @@ def _variants(J: Array, pose: Array, frame: Array, *, root: bool) -> Iterator[tu
             Slip("wrong point", about, inertia + far),
             Slip("wrong point", moved, inertia - far),
         ]
-    tensors += [*slips.mistake_products(inertia), *_in_other_axes(inertia, turn, frame), *units[4:]]
+    tensors += [*slips.mistake_products(inertia), *_rotate_axes(inertia, turn, frame), *units[4:]]
     for slip in tensors:
         yield tensor, slip._replace(value=moments_of(m, c, slip.value))
 
 
-def _in_other_axes(inertia: Array, turn: Array, frame: Array) -> Iterator[Slip]:
+def _rotate_axes(inertia: Array, turn: Array, frame: Array) -> Iterator[Slip]:
     """Yield the inertia given in other axes than the link's."""
     turns = [("in the world's axes", turn), ("in the parent's axes", frame)]
     tensors = [(said, R.T @ inertia @ R) for said, R in turns]

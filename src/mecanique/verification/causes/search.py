@@ -125,7 +125,7 @@ def _rank(evidence: Evidence, changes: list[Hypothesis]) -> tuple[LikelyCause, .
     # are, then as listed; of one mistake in one place, only what chooses fewest
     good = (k for k in worth if after[k] <= bound)
     order = sorted(good, key=lambda k: (changes[k].free, changes[k].amount, k))
-    equal = list(_first_of_each(changes, order))
+    equal = list(_first_of_a_kind(changes, order))
     rest = sorted((k for k in worth if after[k] > bound), key=lambda k: float(after[k]))
     by_text = {changes[k].text: k for k in reversed([*equal, *rest])}
     causes = [_cause(evidence, changes[k], after[k]) for k in reversed(by_text.values())]
@@ -210,7 +210,7 @@ def _with_alike(part: LikelyCause) -> str:
     return f"{part.text} (or the like of {', '.join(places)})" if places else part.text
 
 
-def _first_of_each(changes: list[Hypothesis], order: list[int]) -> Iterator[int]:
+def _first_of_a_kind(changes: list[Hypothesis], order: list[int]) -> Iterator[int]:
     """The first change of each kind and place, in some order."""
     seen = set()
     for k in order:
@@ -234,7 +234,7 @@ def _rank_samples(
     without = 2 * count * np.log(before)
     worth: list[int] = np.flatnonzero(score < without - _EVIDENCE).tolist()
     order = sorted(worth, key=lambda k: (score[k], sizes[k], k))
-    order = list(_first_of_each(changes, order))
+    order = list(_first_of_a_kind(changes, order))
     if not order:
         return ()
     causes = [_cause(evidence, changes[k], after[k]) for k in order]
