@@ -173,6 +173,42 @@ def test_a_bodys_own_inertia_comes_before_a_bare_factor(
         # a slip about an equilibrium at which a constant couple holds the spring
         ("rack_and_pinion", "undamped frequency", "sqrt(k/M)", "'pinion'"),
         (ROD, "frequency", "omega = 3 g/(2 l)", "the square root is missing"),
+        (
+            *("crane", "equation of motion"),
+            "cos(theta) x'' + l0 theta'' - 2 w theta' + g sin(theta) = 0",
+            "taken as it is at t = 0",
+        ),
+        (
+            *("dumbbell", "kinetic energy", "T = (m1 + m2) (x'^2 + y'^2 + z'^2)/2"),
+            "m1 m2",
+        ),
+        (
+            *("dumbbell", "kinetic energy"),
+            "T = (m1 + m2) (x'^2 + y'^2 + z'^2)/2"
+            " + (m1 + m2) l^2 (theta'^2 + sin(theta)^2 phi'^2)/2",
+            "should be the reduced mass m1 m2/(m1 + m2)",
+        ),
+        (
+            *("shear_building", "potential energy"),
+            "V = k (u1^2 + u2^2 + u3^2 + u4^2 + u5^2)/2",
+            "each of u1, u2, u3, u4, u5 is taken relative to the one before",
+        ),
+        ("n_link_pendulum", "momentum of q4", "p = m l^2 q4'", "only m l^2 q4' is there: "),
+        ("gyroscope", "conserved quantity", "m r^2 psi'/2", "m r^2 cos(theta) phi'/2 is missing"),
+        (
+            *("heavy_top", "kinetic energy"),
+            "T = 3 m (r^2 + 4 h^2) (theta'^2 + sin(theta)^2 phi'^2)/40 + 3 m r^2 psi'^2/20",
+            "should be psi' + phi' cos(theta)",
+        ),
+        (
+            *("bead_on_hoop", "equilibrium", "sin theta = 0\ntheta = arccos(R W^2/g)"),
+            "the argument of 'arccos(R W^2/g)' is inverted",
+        ),
+        ("elastic_pendulum", "equilibrium", "r = m g/k, theta = 0", "l0 is missing"),
+        (
+            *("elastic_pendulum", "equilibrium", "r = l0 - m g/k, theta = 0"),
+            "the sign of the term",
+        ),
     ],
 )
 def test_the_slip_in_a_quantity_is_the_first_cause(

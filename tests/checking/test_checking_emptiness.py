@@ -93,12 +93,85 @@ def test_equations_that_follow_from_each_other_count_once() -> None:
         ("2 L - L", "Lagrangian", "it holds for any value of the quantity in question"),
         ("p", "momentum", "it holds for any value of the quantity in question"),
         ("w", "frequency", "it holds for any value of the quantity in question"),
+        # a constant is open, but nothing else
+        ("1 = 2", "potential energy", "it holds for any value of the quantity in question"),
+        ("L = L + 1", "Lagrangian", "it holds for any value of the quantity in question"),
+        ("m g l = 2 m g l", "energy", "it holds for any value of the quantity in question"),
+        ("V/V = 2", "potential energy", "it holds for any value of the quantity in question"),
+        ("(V + m g l cos q)^2 = 0", "potential energy", "it only touches zero"),
+        ("cos(V/(m g l) + cos q) = 1", "potential energy", "it only touches zero"),
+        ("V^2 = (m g l cos q)^2", "potential energy", "it holds for other values, too"),
+        ("(V + m g l cos q) (V - 7 m g l) = 0", "potential energy", "it holds for other values"),
+        ("(H - p^2/(2 m l^2) + m g l cos q)^2 = 0", "Hamiltonian", "it only touches zero"),
+        ("p^2 = (m l^2 q')^2", "momentum", "it holds for other values, too"),
+        ("p (p - m l^2 q') = 0", "momentum", "it holds for other values, too"),
+        ("(q' - p/(m l^2)) (q' - 1) = 0", "Hamilton's equations", "it holds for other values"),
+        ("(q' - p/(m l^2))^2 = 0", "Hamilton's equations", "it only touches zero"),
     ],
 )
 def test_a_quantity_is_not_had_for_nothing(text: str, ask: str, reason: str) -> None:
     found = mq.check(mq.textbook.load("simple_pendulum"), text, ask)
     assert found.outcome == "wrong"
     assert found.causes[0].text.startswith(reason)
+
+
+@pytest.mark.parametrize(
+    ("text", "ask"),
+    [
+        ("1/p = 1/(m l^2 q')", "momentum"),
+        ("T^2 = (m l^2 q'^2/2)^2", "kinetic energy"),
+        ("exp(V/(m g l) + cos q) = 1", "potential energy"),
+        ("V/(m g l) = 1 - cos q", "potential energy"),
+    ],
+)
+def test_another_form_of_a_quantity_determines_it(text: str, ask: str) -> None:
+    assert mq.check(mq.textbook.load("simple_pendulum"), text, ask).right
+
+
+@pytest.mark.parametrize(
+    ("text", "outcome", "reason"),
+    [
+        ("({0} - {1}) ({0} - {2}) = 0", "right", ""),
+        ("({0} - {1}) ({0} - {2}) ({0} - 7 sqrt(g/l)) = 0", "wrong", "it holds for other values"),
+        ("({0} - {1})^2 = 0; {0} = {2}", "wrong", "it only touches zero"),
+    ],
+)
+def test_an_equation_may_hold_for_every_frequency(text: str, outcome: str, reason: str) -> None:
+    formulas = ("omega", "sqrt(g/l)", "sqrt(g/l + 2 k a^2/(m l^2))")
+    coupled = mq.textbook.load("coupled_pendulums")
+    found = mq.check(coupled, text.format(*formulas), "frequency")
+    assert found.outcome == outcome
+    assert reason in " ".join(map(str, found.causes))
+
+
+@pytest.mark.parametrize(
+    ("text", "outcome", "independent"),
+    [
+        ("tau2 = {0}; tau1 = {1}", "right", 2),
+        ("tau2 = {0}; 2 tau2 = 2 {0}; {0} = tau2", "incomplete", 1),
+        ("(tau1 - {1}) (tau1 - m1 g l1) = 0; tau2 = {0}", "wrong", 1),
+        ("(tau2 - {0})^2 = 0; tau1 = {1}", "wrong", 1),
+    ],
+)
+def test_forces_are_judged_as_a_set(text: str, outcome: str, independent: int) -> None:
+    second = "(m2 g l2 cos(q1 + q2)/2)"
+    first = f"((m1/2 + m2) g l1 cos(q1) + {second})"
+    found = mq.check(
+        mq.textbook.load("two_link_arm"), text.format(second, first), "equilibrium force"
+    )
+    assert (found.outcome, found.independent, found.needed) == (outcome, independent, 2)
+
+
+def test_reactions_that_are_named_must_all_be_given() -> None:
+    rod = mq.textbook.load("rigid_bar_pendulum")
+    normal, along = "R_pin_n = m g cos q + m l/2 q'^2", "R_pin_t = m g sin(q)/4"
+    both = "reaction of R_pin_n, R_pin_t"
+    assert mq.check(rod, normal, "reaction").right
+    assert mq.check(rod, f"{normal}\n{along}", both).right
+    found = mq.check(rod, normal, both)
+    assert (found.outcome, found.form) == ("incomplete", "1 of 2 equations missing")
+    with pytest.raises(mq.UnknownNameError, match="unknown reaction 'R_x'"):
+        mq.check(rod, normal, "reaction of R_x")
 
 
 def test_a_letter_of_the_system_keeps_its_unit() -> None:

@@ -117,7 +117,15 @@ ANSWERED = (
     ("base_excited_mass", "undamped frequency", "sqrt(k/m)", "right", ""),
     ("base_excited_mass", "damped frequency", "sqrt(k/m - c^2/(4 m^2))", "right", ""),
     ("base_excited_mass", "damped frequency", "sqrt(k/m)", "wrong", ""),
-    ("two_link_arm", "equilibrium force", "tau2 = m2 g l2/2 cos(q1 + q2)", "right", ""),
+    (
+        *("two_link_arm", "equilibrium force", "tau2 = m2 g l2/2 cos(q1 + q2)"),
+        *("incomplete", "1 of 2 equations missing"),
+    ),
+    (
+        *("two_link_arm", "equilibrium force"),
+        "tau2 = m2 g l2/2 cos(q1 + q2); tau1 - tau2 = (m1/2 + m2) g l1 cos q1",
+        *("right", ""),
+    ),
     ("two_link_arm", "equilibrium force", "tau2 = m2 g l2 cos(q1 + q2)", "wrong", ""),
     ("spherical_pendulum", "steady motion", "phi'^2 = g/(l cos theta)", "right", ""),
     ("spherical_pendulum", "steady motion", "cos theta = g/(l phi'^2)", "right", ""),

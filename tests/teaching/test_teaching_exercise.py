@@ -111,10 +111,25 @@ def test_a_question_that_a_system_does_not_have_is_refused(system: str, ask: str
         make_exercise(system, ask)
 
 
-def test_the_difficulty_grows_with_the_answer() -> None:
-    one, two = (make_exercise(name) for name in ("simple_pendulum", "double_pendulum"))
-    assert one.difficulty < two.difficulty <= 5
-    assert f"Difficulty: {one.difficulty} of 5." in one.solution
+@pytest.mark.parametrize(
+    ("system", "ask", "difficulty"),
+    [
+        ("simple_pendulum", "potential energy", 1),
+        ("simple_pendulum", "equation of motion", 2),  # only steps
+        ("n_link_pendulum", "potential energy", 3),  # a short answer about four coupled bodies
+        ("cart_pole", "equation of motion", 3),  # two degrees of freedom, coupled, changing
+        ("two_blocks", "equation of motion", 2),  # two, which only a spring couples
+        ("furuta_pendulum", "state space", 4),
+        ("rolling_coin", "equation of motion", 4),
+        ("rolling_coin", "acceleration", 5),
+    ],
+)
+def test_difficulty_goes_by_what_makes_an_exercise_hard(
+    system: str, ask: str, difficulty: int
+) -> None:
+    made = make_exercise(system, ask)
+    assert made.difficulty == difficulty
+    assert f"Difficulty: {difficulty} of 5." in made.solution
 
 
 @pytest.mark.parametrize(
@@ -222,6 +237,7 @@ def test_it_is_written_with_its_figure(tmp_path: Path) -> None:
         ("cart_pole", "frequency", "expected an undamped mechanism that swings about a stable"),
         ("tennis_racket", "frequency", "expected an undamped mechanism that swings about a stable"),
         ("crane", "frequency", "have no constant coefficients"),
+        ("tennis_racket", "potential energy", "its potential energy is constant"),
         ("four_bar_linkage", "frequency", "no such exercise about 'four_bar_linkage': mechanism"),
         ("bricard_linkage", "equation of motion", "no exercise about"),
         ("rattleback", "equation of motion", "no exercise about 'rattleback': contact"),

@@ -16,6 +16,7 @@ from click.testing import CliRunner
 import mecanique as mq
 from mecanique.cli import app
 from mecanique.teaching import grade, write_class_page
+from mecanique.teaching.marks import mark_answer
 
 SHEET = """
 title = "Sheet 1"
@@ -74,6 +75,27 @@ def test_points_go_by_independent_right_equations(course: Path) -> None:
     totals = grade(course / "sheet.toml", course / "answers").totals
     assert totals["dora"] == 0.0
     assert totals["eli"] == pytest.approx(4 / 3, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("system", "ask", "text", "points"),
+    [
+        # a line that is repeated counts once, and so does what is missing
+        ("coupled_pendulums", "frequency", "omega^2 = g/l\nomega = sqrt(g/l)", 0.5),
+        ("simple_pendulum", "equilibrium", "q = 0\nq = 0\nq = 0\nq = 1", 0.25),
+        ("simple_pendulum", "potential energy", "1 = 2\n0 = 0\nV = m g l (1 - cos q)", 1 / 3),
+        ("simple_pendulum", "potential energy", "1 = 2\n0 = 0", 0.0),
+        ("two_link_arm", "equilibrium force", "tau2 = m2 g l2 cos(q1 + q2)/2", 0.5),
+        ("simple_pendulum", "Hamilton's equations", "q' = p/(m l^2)\nq' = p/(m l^2)", 0.5),
+        ("spherical_pendulum", "steady motion", "phi' = sqrt(g/(l cos(theta)))", 0.5),
+        ("two_blocks", "mass matrix", "[[m1, 0], [0, 2 m2]]", 0.75),
+    ],
+)
+def test_points_of_quantities_go_by_what_is_asked(
+    system: str, ask: str, text: str, points: float
+) -> None:
+    mark = mark_answer(mq.textbook.load(system), text, ask)
+    assert mark.points == pytest.approx(points, abs=1e-4)
 
 
 def test_points_go_by_equation_and_reasons_are_given(course: Path) -> None:

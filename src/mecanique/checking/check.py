@@ -20,13 +20,13 @@ from mecanique.checking.grammar.reader import (
     read_answer,
 )
 from mecanique.checking.grammar.tree import Node
-from mecanique.checking.judgement.formula import Judged, find_rounding, judge_formula
-from mecanique.checking.judgement.motion import (
-    CommonFactors,
-    Residual,
+from mecanique.checking.judgement.formula import (
+    Judged,
     count_independent,
-    count_missing,
+    find_rounding,
+    judge_formula,
 )
+from mecanique.checking.judgement.motion import CommonFactors, Residual, count_missing, count_rank
 from mecanique.checking.judgement.proof import Proof
 from mecanique.checking.judgement.quantities import AskedQuantity, ask_for
 from mecanique.checking.judgement.truth import Truth
@@ -181,6 +181,8 @@ class Checker:
             varied=truth.sample.varied,
             exact=bool(judged) and all(formula.proven for formula in judged),
             causes=tuple(dict.fromkeys(cause for line in lines for cause in line.causes)),
+            independent=count_independent(judged),
+            needed=1 if quantity.kind == "free body" else judged[0].says.shape[1],
             notes=(*reading.notes, *quantity.notes),
         )
         if motion:
@@ -194,9 +196,9 @@ class Checker:
             nv = self.mechanism.nv
             lacking = count_missing(sound) if sound else nv
             missing += [f"{lacking} of {nv} equations missing"] if lacking else []
-            independent = min(nv - lacking, count_independent(sound)) if sound else 0
+            independent = min(nv - lacking, count_rank(sound)) if sound else 0
             at = _state(max(wrong, key=lambda residual: residual.worst)) if wrong else None
-            check = replace(check, at=at, independent=independent)
+            check = replace(check, at=at, independent=independent, needed=nv)
         return _conclude(check, missing, forms)
 
     def _close_denominators(
@@ -336,7 +338,12 @@ class Checker:
         motion = quantity.kind == "motion"
         stretched = self.truth.stretch(residual.sample) if motion else None
         if stretched is None:
-            return _name_idle(residual.find_idle(), text)
+            asked = {
+                name: 1.7 * value + 0.1 * k * np.abs(value)
+                for k, (name, value) in enumerate(residual.sample.values.items())
+                if name in quantity.names
+            }
+            return _name_idle(residual.find_idle(residual.evaluate(asked)), text)
         far = replace(residual, sample=stretched)
         if far.worst <= _STRETCHED:
             return _name_idle(residual.find_idle(far.values), text)

@@ -85,7 +85,8 @@ class Check(Legible):
         forms: deviations of a right answer from the requested form.
         causes: possible causes of a wrong answer, the likeliest first.
         at: the state with the largest difference, by letter.
-        independent: of equations of motion, how many right ones are independent of each other.
+        independent: how many of its right equations or values are independent of each other.
+        needed: how many independent ones a whole answer has.
         notes: how the text was read where that is not plain: words set aside, letters that it
             defines, decimal commas.
 
@@ -109,6 +110,7 @@ class Check(Legible):
     at: Mapping[str, float] | None = None
     independent: int = 0
     notes: tuple[str, ...] = ()
+    needed: int = 1
 
     @property
     def right(self) -> bool:
@@ -145,6 +147,7 @@ class Check(Legible):
             "lines": [line.to_dict() for line in self.lines],
             "at": dict(self.at) if self.at else None,
             "independent": self.independent,
+            "needed": self.needed,
             "notes": list(self.notes),
         }
 

@@ -69,6 +69,20 @@ class Solver:
         lines = [f"{rho} = sqrt({_say(roots[rho])})" for rho in roots if rho in written]
         return answer._replace(text="\n".join([*lines, answer.text]))
 
+    def rate_difficulty(self, name: str) -> int:
+        """Return from 1 to 5 how hard a question is, by its steps and what couples the motion."""
+        mechanism, M = self._mechanism, self._equations.derivation.M
+        entries = [entry for row in M for entry in row]
+        felt = {generator.name for entry in entries for generator in entry.generators()}
+        hurdles = (
+            len(M) > 1,
+            len(M) > 2,
+            any(entry for k, row in enumerate(M) for entry in row[:k]),  # rates are coupled
+            not felt.isdisjoint((*mechanism.coordinates, "t")),  # the inertia changes
+            mechanism.constrained,
+        )
+        return 1 + (KINDS[name].effort + sum(hurdles)) // 2
+
     def motion(self) -> WorkedAnswer:
         """Return the equations of motion."""
         return WorkedAnswer(self._equations.text(), self._whole)
@@ -114,6 +128,10 @@ class Solver:
         """Return T, V, T − V or T + V, by its name where formulas are checked."""
         kinetic, potential = ENERGIES[name]
         series = kinetic * self._lagrange.T + potential * self._lagrange.V
+        moving = {*self._mechanism.coordinates, *self._rates}
+        self._refuse(
+            moving.isdisjoint(g.name for g in series.generators()), f"its {name} is constant"
+        )
         last = "Potential energy" if potential else "Kinetic energy"
         return WorkedAnswer(f"{letter} = {_say(series)}", self._until(last))
 
@@ -427,6 +445,7 @@ class ExerciseKind(NamedTuple):
     answer: Callable[[Solver], WorkedAnswer]
     of: str = ""  # what follows its name where `mecanique.check` is asked
     ask: str = ""  # what that is asked, if not its name
+    effort: int = 2  # from 0 to 3, how many steps lead from velocities and heights to the answer
 
 
 _TOTAL = partial(Solver.energy, name="energy", letter="E")
@@ -445,8 +464,14 @@ KINDS = {
         "Give the {accelerations} in the {q} and {rates}.",
         Solver.accelerations,
         ask=_MOTION,
+        effort=3,
     ),
-    "reaction": ExerciseKind("Find the reactions in the joints, {what}.", Solver.reactions),
+    "reaction": ExerciseKind(
+        "Find the reactions in the joints, {what}.",
+        Solver.reactions,
+        " of {what}",
+        effort=3,
+    ),
     "driving force": ExerciseKind(
         "Find {what} by the motion in the {q}, and what the motion obeys besides.",
         Solver.driving_force,
@@ -455,18 +480,22 @@ KINDS = {
     "kinetic energy": ExerciseKind(
         "Write the kinetic energy T in the {q} and {rates}.",
         partial(Solver.energy, name="kinetic energy", letter="T"),
+        effort=0,
     ),
     "potential energy": ExerciseKind(
         "Write the potential energy V in the {q}.",
         partial(Solver.energy, name="potential energy", letter="V"),
+        effort=0,
     ),
     "Lagrangian": ExerciseKind(
         "Write Lagrange's function L = T − V in the {q} and {rates}.",
         partial(Solver.energy, name="Lagrangian", letter="L"),
+        effort=1,
     ),
     "energy": ExerciseKind(
         "Write the energy E = T + V in the {q} and {rates}.",
         _TOTAL,
+        effort=1,
     ),
     "conserved quantity": ExerciseKind(
         "Find a quantity that is constant in every motion, in the {q} and {rates}.",
@@ -481,26 +510,43 @@ KINDS = {
         "The energy is not conserved. Find the integral h of the motion in the {q} and {rates}.",
         Solver.jacobi,
         ask="conserved quantity",
+        effort=3,
     ),
-    "mass matrix": ExerciseKind("Write the mass matrix M for the {q}{order}.", Solver.mass_matrix),
+    "mass matrix": ExerciseKind(
+        "Write the mass matrix M for the {q}{order}.",
+        Solver.mass_matrix,
+        effort=1,
+    ),
     "momentum": ExerciseKind(
-        "Write the canonical momentum p of {what}.", Solver.momentum, " of {what}"
+        "Write the canonical momentum p of {what}.",
+        Solver.momentum,
+        " of {what}",
+        effort=1,
     ),
     "Hamiltonian": ExerciseKind(
         "Write Hamilton's function H in the {q} and the canonical {momenta} {what}.",
         Solver.hamiltonian,
+        effort=3,
     ),
     "Hamilton's equations": ExerciseKind(
         "Write Hamilton's equations in the {q} and the canonical {momenta} {what}.",
         Solver.canonical,
+        effort=3,
     ),
     "state space": ExerciseKind(
         "Write the equations of motion as equations of first order, with {what} for {rates}.",
         Solver.state_space,
+        effort=3,
     ),
-    "equilibrium": ExerciseKind("Find all positions at rest.", Solver.equilibrium),
+    "equilibrium": ExerciseKind(
+        "Find all positions at rest.",
+        Solver.equilibrium,
+        effort=1,
+    ),
     "equilibrium force": ExerciseKind(
-        "Find {what} such that the mechanism rests at any position.", Solver.holding_force
+        "Find {what} such that the mechanism rests at any position.",
+        Solver.holding_force,
+        effort=1,
     ),
     "frequency": ExerciseKind(
         "Find the natural angular {frequencies} of small motions about {what}{note}.",
@@ -518,7 +564,9 @@ KINDS = {
     ),
     "period": ExerciseKind("Find the period T of small oscillations about zero.", Solver.period),
     "period from rest": ExerciseKind(
-        "Find the period T of the motion that begins at rest at {what}.", Solver.period_from_rest
+        "Find the period T of the motion that begins at rest at {what}.",
+        Solver.period_from_rest,
+        effort=3,
     ),
     "undamped frequency": ExerciseKind(
         "Find the angular frequency omega of small oscillations about zero without the damping.",
@@ -532,16 +580,19 @@ KINDS = {
     "damped frequency": ExerciseKind(
         "Find the angular frequency omega of the damped small oscillations about zero.",
         Solver.damped_frequency,
+        effort=3,
     ),
     "damped period": ExerciseKind(
         "Find the period T of the damped small oscillations about zero.",
         Solver.damped_period,
         ask="damped frequency",
+        effort=3,
     ),
     "transfer function": ExerciseKind(
         "Find the transfer function G(s) of {what}, for small motions about zero.",
         Solver.transfer,
         " of {what}",
+        effort=3,
     ),
 }
 """What an exercise may ask for."""

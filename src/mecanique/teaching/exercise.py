@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import random
-import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, final
@@ -30,9 +29,6 @@ ASKED = tuple(KINDS)
 """What an exercise may ask for."""
 
 _FORM = 0.5
-_DIFFICULT = (12, 30, 60, 120)
-"""Numbers of letters and numbers in an answer above which it is more difficult."""
-
 _SPREAD = (0.5, 2.0)
 """Parameters vary within these multiples of the catalogue's values."""
 
@@ -50,12 +46,8 @@ class Exercise:
     answer: str  # the result, as `mecanique.check` reads it
     check: Check  # the verdict on the answer
     given: str = ""  # the numbers of this variant, with their units
-
-    @property
-    def difficulty(self) -> int:
-        """From 1 to 5, by how many letters and numbers its answer has."""
-        count = len(re.findall(r"\w+", self.answer))
-        return 1 + sum(count > bound for bound in _DIFFICULT)
+    # from 1 to 5, by the steps to its answer, its degrees of freedom, couplings and constraints
+    difficulty: int = 1
 
     @property
     def rounded(self) -> bool:
@@ -101,7 +93,8 @@ def make_exercise(
     kind, note = KINDS[ask], ""
     if turned and (kind.ask or ask) != "frequency":
         mechanism, note = _turn(mechanism, draw)
-    answer, steps, what, more = Solver(mechanism).ask(ask)
+    solver = Solver(mechanism)
+    answer, steps, what, more = solver.ask(ask)
     task = _word_task(kind.task, mechanism.coordinates.names, what, more)
     asked = (kind.ask or ask) + kind.of.format(what=what)
     verdict = Checker(mechanism).check(answer, asked)
@@ -130,9 +123,10 @@ def make_exercise(
             f"```text\n{steps}\n```",
             f"Result:\n\n```text\n{answer}\n```",
             f"Checked: {verdict.summary}{f': {verdict.form}' if verdict.form else ''}.",
+            f"Difficulty: {solver.rate_difficulty(ask)} of 5.",
         ]
     )
-    made = Exercise(
+    return Exercise(
         title=card.title,
         mechanism=mechanism,
         ask=asked,
@@ -141,8 +135,8 @@ def make_exercise(
         answer=answer,
         check=verdict,
         given=given,
+        difficulty=solver.rate_difficulty(ask),
     )
-    return replace(made, solution=f"{made.solution}\nDifficulty: {made.difficulty} of 5.\n")
 
 
 def _word_task(task: str, names: tuple[str, ...], what: str, note: str) -> str:

@@ -450,23 +450,20 @@ def _judge(
     except FormulaError as error:
         # a student has no command line, but may define a letter in a line
         return 0.0, "unreadable", _ADVICE.sub(r"e.g. in a line \1", str(error))
-    return _credit(verdict, checker.mechanism, form), verdict.outcome, _explain(verdict)
+    return _credit(verdict, form), verdict.outcome, _explain(verdict)
 
 
-def _credit(verdict: Check, mechanism: Mechanism, form: float) -> float:
+def _credit(verdict: Check, form: float) -> float:
     """The part of the points: by equation, less for those that are right except for form."""
     if verdict.outcome == "right":
         return 1.0
     if verdict.outcome == "right except for form":
         return form
-    if verdict.asked != "equation of motion":
-        worth = [line.outcome != "wrong" for line in verdict.lines]
-        return sum(worth) / len(worth) if len(worth) > 1 else 0.0
     worth_of = {"right": 1.0, "right except for form": form}
     credit = sum(worth_of.get(line.outcome, 0.0) for line in verdict.lines)
     # equations that follow from each other count once
     credit = min(credit, verdict.independent)
-    return min(1.0, credit / max(mechanism.nv, len(verdict.lines)))
+    return min(1.0, credit / max(verdict.needed, len(verdict.lines)))
 
 
 def _explain(verdict: Check) -> str:

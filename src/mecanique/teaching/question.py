@@ -63,6 +63,7 @@ def describe_question(mechanism: Mechanism, ask: str, seed: int = 0) -> dict[str
             "inertia": np.sqrt(np.diagonal(sample.M, axis1=1, axis2=2)).mean(0).tolist(),
             "numbers": table(given.letters, given.count),
             "far": None if far is None else table(far.letters, far.count),
+            "usual": [] if far is None else far.usual.tolist(),
             "paths": paths,
             "slips": list(_list_slips(checker)),
         }

@@ -350,11 +350,17 @@ def read_answer(text: str, letters: KnownLetters) -> ReadText:
     if is_mathml(text):
         text = text_of(text)
     defined: dict[str, str] = {}
+    places = set[int]()
     while True:
         scanner = Scanner(text, letters)
         lines = scanner.scan()
         lines = [_turn_round(line, defined) for line in lines]
-        kept = [line for line in lines if _defined_by(line)[0] not in defined]
+        # another definition of the same letter is not left out in silence
+        kept = [
+            line
+            for line in lines
+            if _start(line) not in places and _quote(line, text) not in defined.values()
+        ]
         if not scanner.unknown:
             break
         # no line defines w' alone, and with w its rate w' is undefined, too
@@ -371,11 +377,14 @@ def read_answer(text: str, letters: KnownLetters) -> ReadText:
         if order == 2:
             formula = tree.call("sqrt", formula)
         letters = _define(name, formula, letters)
-        defined[name] = " ".join(
-            text[min(t.start for t in ready[0]) : max(t.end for t in ready[0])].split()
-        )
+        defined[name] = _quote(ready[0], text)
+        places.add(_start(ready[0]))
     if not kept:
-        raise FormulaError("expected a formula, got an empty text")
+        raise FormulaError(
+            "expected a formula besides definitions"
+            if defined
+            else "expected a formula, got an empty text"
+        )
     tokens: list[Token] = []
     for k, line in enumerate(kept):
         tokens += [Token("NEXT", "\n", line[0].start, line[0].start)] if k else []
@@ -383,6 +392,14 @@ def read_answer(text: str, letters: KnownLetters) -> ReadText:
     notes = [*scanner.notes, *(f"taken as a definition: '{said}'" for said in defined.values())]
     statements = _statements(_parse(tokens, scanner.letters, text), text)
     return ReadText(tuple(statements), scanner.letters, tuple(notes))
+
+
+def _start(line: Sequence[Token]) -> int:
+    return min(token.start for token in line)
+
+
+def _quote(line: Sequence[Token], text: str) -> str:
+    return " ".join(text[_start(line) : max(token.end for token in line)].split())
 
 
 def _parse(tokens: list[Token], letters: KnownLetters, text: str) -> list[list[Node]]:

@@ -7,7 +7,8 @@ their own parameters. Families of equilibria, as of a coordinate without stiffne
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
 from itertools import product
 from typing import final
 
@@ -99,7 +100,8 @@ class Equilibria:
         """Return the unbalanced forces, each relative to its usual size, shape (n, nv)."""
         return np.asarray(np.nan_to_num(here.stack(self._forces) / self._usual, nan=np.inf))
 
-    def find_all(self) -> dict[int, Array] | None:
+    @cached_property
+    def all(self) -> dict[int, Array] | None:
         """Return every equilibrium in a few states, shape (k, felt); None if they are not known."""
         count = len(self.felt)
         if count not in _STARTS or self._truth.derivation is None:
@@ -132,6 +134,15 @@ class Equilibria:
                     kept.append(position)
             positions[state] = np.array(kept).reshape(-1, count)
         return positions
+
+    def cover(self, positions: Sequence[Position], true: Array, state: int) -> Array:
+        """Return which of the true positions of a state, (k, felt), each one is, shape (n, k)."""
+        table = np.zeros((len(positions), len(true)), dtype=bool)
+        for row, position in enumerate(positions):
+            at = np.flatnonzero(position.values[_STATE] == state)
+            for named in np.stack([position.values[name][at] for name in self.felt], axis=-1):
+                table[row] |= np.array([self.is_same(x, named) for x in true], dtype=bool)
+        return table
 
     def find_nearest(self) -> dict[str, Array]:
         """Return the equilibrium that lies nearest to zero in every state; empty if none does."""
@@ -192,6 +203,12 @@ class Equilibria:
         return f"{whole} (for {', '.join(values)})"
 
 
+@lru_cache(maxsize=32)
+def equilibria_of(truth: Truth) -> Equilibria:
+    """Return the equilibria of a mechanism, which are sought once."""
+    return Equilibria(truth)
+
+
 def _say(x: float, *, turns: bool) -> str:
     twelfths = 12 * x / np.pi
     if abs(x) < _SAME:
@@ -214,13 +231,15 @@ class Position:
     worst: float  # its largest unbalanced force
     fault: str  # why it is no position, or empty
     values: dict[str, Array]  # the letters there, each shape (n,)
+    # which of the true positions of a state it is, shape (k, positions)
+    says: Array = field(default_factory=lambda: np.ones((1, 1)))
 
 
 def judge_positions(
     statements: Sequence[Statement], truth: Truth, text: str
 ) -> tuple[list[Position], list[str]]:
     """Return the positions that an answer names, and the names of equilibria that it lacks."""
-    equilibria = Equilibria(truth)
+    equilibria = equilibria_of(truth)
     positions = []
     for group in _group(name_values(statements), equilibria):
         written = set().union(*(side.letters for statement in group for side in statement.sides))
@@ -228,23 +247,25 @@ def judge_positions(
         for numbers in product(_WHOLE, repeat=len(whole)):
             counted = dict(zip(whole, numbers, strict=True))
             positions.append(_move(equilibria, group, text, counted))
-    if any(position.worst or position.fault for position in positions):
-        return positions, []
     with stop_clock():
-        known = equilibria.find_all()
+        known = equilibria.all or {}
     missing: dict[str, None] = {}
-    for state, true_positions in (known or {}).items():
-        named = []
-        for position in positions:
-            at = np.flatnonzero(position.values[_STATE] == state)
-            columns = [position.values[name][at] for name in equilibria.felt]
-            named += list(np.stack(columns, axis=-1)) if columns else []
-        for true in true_positions:
-            if not any(equilibria.is_same(true, position) for position in named):
-                missing[equilibria.name(true, state)] = None
+    covers = {state: equilibria.cover(positions, true, state) for state, true in known.items()}
+    if known:
+        # parameters differ from state to state, and so do the numbers
+        most = max(known, key=lambda state: len(known[state]))
+        table = np.eye(len(known[most]))
+        positions = [
+            replace(position, says=table[covered])
+            for position, covered in zip(positions, covers[most], strict=True)
+        ]
+    for state, true in known.items():
+        lacking = ~np.any(covers[state], axis=0)
+        missing |= {equilibria.name(true[k], state): None for k in np.flatnonzero(lacking)}
         if missing:
-            break  # parameters differ from state to state, and so do the numbers
-    return positions, list(missing)[:_SHOWN]
+            break
+    wrong = any(position.worst or position.fault for position in positions)
+    return positions, [] if wrong else list(missing)[:_SHOWN]
 
 
 def _group(statements: Sequence[Statement], known: Equilibria) -> Iterator[list[Statement]]:

@@ -15,7 +15,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import Statement, name_values
-from mecanique.checking.grammar.tape import FormulaTape, Rows, find_sign_changes, needed_values
+from mecanique.checking.grammar.tape import FormulaTape, needed_values
 from mecanique.checking.grammar.tree import Node, add, letter, negate, number, rate
 from mecanique.checking.judgement.equilibria import judge_positions
 from mecanique.checking.judgement.motion import EQUATION_HOLDS, Residual, residuals
@@ -43,6 +43,8 @@ class Judged:
     missing: tuple[str, ...] = ()  # what the whole answer lacks, in words
     rounding: str = ""  # the rounded number that explains a small difference
     proven: bool = False  # whether algebra proves it
+    # what it says about each unknown that is asked for, shape (k, unknowns)
+    says: Array = field(default_factory=lambda: np.ones((1, 1)))
 
     @property
     def agrees(self) -> bool:
@@ -92,7 +94,6 @@ def _judge_value(
     by_letter = quantity.kind == "letters"
     fixed = {**quantity.more, **cases[0]} if by_letter else {}
     all_judged: list[Judged] = []
-    covered: set[int] = set()
     for statement in statements:
         if by_letter:
             _refuse_formula(statement, f"one of {', '.join(letters)}", text)
@@ -108,21 +109,40 @@ def _judge_value(
             elif not judged.holds:
                 judged = replace(judged, rounding=find_rounding(residual, text))
             tried.append(judged)
-        covers = {k for k, judged in enumerate(tried) if judged.agrees}
+        covers = [k for k, judged in enumerate(tried) if judged.agrees]
         judged, values = min(zip(tried, cases, strict=True), key=lambda pair: pair[0].worst)
         best = judged.residual
         assert best is not None, "it is judged by one"
         if covers:
-            asked = {name: values[name] for name in letters}
-            alone = not (several or by_letter or quantity.again)
-            fault = _find_emptiness(best, asked, alone=alone, several=by_letter)
+            others = [cases[k] for k in covers if cases[k] is not values]
+            places = {name: k for k, name in enumerate(letters) if by_letter}
+            roots, free = [values, *others], quantity.again is not None
+            fault = _find_emptiness(best, letters, roots, places, open_constant=free)
             judged = replace(judged, fault=fault)
+        if several:
+            judged = replace(judged, says=np.eye(len(cases))[covers])
+        elif by_letter:
+            judged = replace(judged, says=_slopes_of(best, quantity.needed or letters))
         all_judged.append(_judge_form(judged, best, truth, quantity))
-        covered |= covers
-    if several and len(covered) < len(cases):
-        missing = f"{len(cases) - len(covered)} of {len(cases)} frequencies missing"
-        all_judged[0] = replace(all_judged[0], missing=(missing,))
-    return all_judged
+    kind = "frequencies" if several else "equations"
+    return _tell_missing(all_judged, kind) if several or quantity.needed else all_judged
+
+
+def count_independent(judged: Sequence[Judged]) -> int:
+    """Return how many unknowns those of some formulas that hold determine."""
+    rows = [formula.says for formula in judged if formula.holds]
+    if not rows or not (table := np.concatenate(rows)).size:
+        return 0
+    size = np.abs(table).max(axis=1, initial=1e-300, keepdims=True)
+    return int(np.linalg.matrix_rank(table / size))
+
+
+def _tell_missing(judged: list[Judged], what: str) -> list[Judged]:
+    """Return formulas, of which the first tells how many that are asked for are missing."""
+    needed = judged[0].says.shape[1]
+    if lacking := needed - count_independent(judged):
+        judged[0] = replace(judged[0], missing=(f"{lacking} of {needed} {what} missing",))
+    return judged
 
 
 def _list_cases(quantity: AskedQuantity) -> list[Mapping[str, Array]]:
@@ -155,33 +175,48 @@ def _judge_form(
 
 
 def _find_emptiness(
-    residual: Residual, known: Mapping[str, Array], *, alone: bool = True, several: bool = False
+    residual: Residual,
+    names: Sequence[str],
+    roots: Sequence[Mapping[str, Array]],
+    places: Mapping[str, int] = MappingProxyType({}),
+    *,
+    open_constant: bool = False,
 ) -> str:
-    """Return why an equation that holds does not determine its letters, "" if it does."""
-    # alone: it must hold for these values alone, in each state; a mere formula is said to be equal
-    # to the quantity, and may contain its letter as well
-    if (
-        not residual.statement.is_equation
-        and not residual.statement.sides[0].letters & known.keys()
-    ):
+    """Return why an equation that holds does not determine its letters, "" if it does.
+
+    Where they are multiplied by the same factor, it must change its sign at each of the true
+    values, the roots, and nowhere else; up to a constant, so must its difference from the true one.
+    """
+    statement, known = residual.statement, {name: roots[0][name] for name in names}
+    # a mere formula is said to be equal to the quantity, and may contain its letter as well
+    if not statement.is_equation and not statement.sides[0].letters & known.keys():
         return ""
-    tables = []
+    first = next((name for name in names if name in residual.root.letters), names[0])
+    others = [root[first] for root in roots[1:] if not np.array_equal(root[first], known[first])]
+    rows = []
     for factor in _FACTORS:
         moved = {}
-        for k, (name, value) in enumerate(known.items()):
+        for name, value in known.items():
             # of several quantities each is changed otherwise, or R1 = R2 would say nothing
-            step = factor ** (1 + 0.1 * k) if several else factor
-            moved[name] = np.where(value == 0, np.log(step), step * value)
+            step = (factor - 1) * (1 - 0.5 * places.get(name, 0) / len(known))
+            moved[name] = value + step * np.where(value == 0, 1.0, value)
         values = residual.evaluate(moved)
-        changed = np.where(values.size > 0, values.whole / values.size, 0.0)
-        tables.append(np.where(np.abs(changed) > EQUATION_HOLDS, changed, 0.0))
-    signs = np.sign(np.nan_to_num(np.stack(tables)))
-    if not signs.any():
+        changed = values.whole - (residual.values.whole if open_constant else 0.0)
+        seen = np.abs(changed) > EQUATION_HOLDS * np.maximum(values.size, residual.values.size)
+        side = np.sign(factor - 1) * np.prod([np.sign(moved[first] - x) for x in others], axis=0)
+        rows.append(np.where(seen, side * changed, 0.0))
+    table = np.nan_to_num(np.array(rows))
+    if not table.any():
         return "it holds for any value of the quantity in question"
-    below, above = (signs[:5], signs[5:])
-    if alone and (signs[4] * signs[5] > 0).mean() > 0.5:
+    above, start = np.searchsorted(_FACTORS, (1.0, 0.0))
+    if (table[above - 1] * table[above] < 0).mean() > 0.5:
         return "it only touches zero: a square or a magnitude does not determine a quantity"
-    if alone and any((side.min(0) * side.max(0) < 0).any() for side in (below, above)):
+    if not places and (open_constant or (np.stack([*known.values()]) < 0).any()):
+        # at a pole at zero it grows before it changes its sign
+        pole = np.abs(table[start - 1]) > np.abs(table[start - 2])
+        table[:start] *= np.where(pole & (table[start - 1] * table[start] < 0), -1.0, 1.0)
+        start = 0
+    if (table[start:].min(axis=0) * table[start:].max(axis=0) < 0).any():
         return "it holds for other values, too"
     return ""
 
@@ -256,7 +291,8 @@ def _judge_matrix(
             there = true[:, order][:, :, order]
             if _worst(np.abs(M - there) / size) <= EQUATION_HOLDS:
                 names = ", ".join(truth.velocities[k] for k in order)
-                return [Judged(statement, None, 0.0, (f"in the order {names}",))]
+                says = np.eye(nv * nv)
+                return [Judged(statement, None, 0.0, (f"in the order {names}",), says=says)]
     judged = []
     for k, entry in enumerate(entries):
         i, j = divmod(k, nv)
@@ -265,7 +301,8 @@ def _judge_matrix(
         place = replace(statement, sides=(entry,), text=written)
         residual = _residual(place, truth, {_ENTRY: true[:, i, j]}, _ENTRY, "")
         series = {_ENTRY: quantity.series[str(k)]}
-        judged.append(replace(_judge_residual(residual, series), worst=far))
+        says = np.eye(nv * nv)[[k]]
+        judged.append(replace(_judge_residual(residual, series), worst=far, says=says))
     return judged
 
 
@@ -276,7 +313,8 @@ _MEASURES = ((re.compile(r"(?<!/)\bHz$"), "f"), (re.compile(r"\d\s*(?:s|sec|ms)$
 _CONSTANT = 1e-12
 """What changes less than this part of its terms in a second is constant."""
 
-_FACTORS = np.array([1e-3, 0.03, 0.3, 0.7, 0.9, 1.1, 1.4, 3.0, 30.0, 1e3])
+_FACTORS = np.array([1e-3, 0.03, 0.1, 0.3, 0.6, 0.9, 1.1, 1.5, 3.0, 10.0, 30.0, 1e3])
+_FACTORS = np.concatenate([-_FACTORS[::-1], _FACTORS])
 """What the quantity in question is multiplied by, to see that an equation holds for it alone."""
 
 _ENTRY = "#entry"
@@ -359,7 +397,8 @@ def _judge_free_body(
                 worst = relative
                 forms.append("it holds at rest only: the inertia forces are missing")
         judged = _judge_residual(residual, series)
-        all_judged.append(replace(judged, worst=worst, forms=tuple(forms)))
+        says = _slopes_of(residual, quantity.letters)
+        all_judged.append(replace(judged, worst=worst, forms=tuple(forms), says=says))
     return all_judged
 
 
@@ -379,9 +418,12 @@ def _judge_equilibrium(
     for position in positions:
         for statement in position.statements:
             fault = "" if position.worst else position.fault
+            judged = Judged(statement, None, position.worst, fault=fault, says=position.says)
+            known = by_statement.get(statement, judged)
             # of a family, q = n π, the worst position counts
-            if statement not in by_statement or by_statement[statement].holds:
-                by_statement[statement] = Judged(statement, None, position.worst, fault=fault)
+            worse = judged if known.holds else known
+            says = np.concatenate([known.says, position.says])
+            by_statement[statement] = replace(worse, says=says)
     all_judged = list(by_statement.values())
     if missing:
         lacking = tuple(f"{position} is missing" for position in missing)
@@ -397,24 +439,34 @@ def _judge_canonical(
     # the letters of one momentum are one unknown
     places = dict(zip(truth.velocities, range(nv), strict=True))
     places |= by_momentum(truth, range(nv, 2 * nv), "'")
+    unknowns: dict[int, list[str]] = {}
+    for name, place in places.items():
+        unknowns.setdefault(place, []).append(name)
+    true = {**truth.sample.values, **quantity.more}
     accelerations = set(truth.accelerations)
     all_judged = []
     for statement in statements:
         _refuse_formula(statement, "a rate", text)
         residual = _residual(statement, truth, quantity.more, "", text)
-        fault = ""
+        says, fault = _slopes_by_place(residual, places)[:1], ""
         if residual.holds and residual.root.letters & accelerations:
             fault = "Hamilton's equations contain no accelerations"
-        elif residual.holds and not _slopes_by_place(residual, places).any():
-            fault = "it contains no rate"
-        all_judged.append(replace(_judge_residual(residual, quantity.series), fault=fault))
-    equations = [judged.residual for judged in all_judged if judged.holds and judged.residual]
-    rows = [_slopes_by_place(equation, places)[0] for equation in equations]
-    lacking = 2 * nv - int(np.linalg.matrix_rank(np.array(rows))) if rows else 2 * nv
-    if lacking:
-        said = f"{lacking} of {2 * nv} equations missing"
-        all_judged[0] = replace(all_judged[0], missing=(said,))
-    return all_judged
+        elif residual.holds:
+            faults = [
+                _find_emptiness(residual, names, [true])
+                for names in unknowns.values()
+                if residual.root.letters & set(names)
+            ]
+            # a rate of a momentum may stand beside squares of other rates
+            fault = min(faults, key=bool, default="it contains no rate")
+        judged = _judge_residual(residual, quantity.series)
+        all_judged.append(replace(judged, fault=fault, says=says))
+    return _tell_missing(all_judged, "equations")
+
+
+def _slopes_of(residual: Residual, names: Sequence[str]) -> Array:
+    """Return the derivatives by unknowns in the first state, shape (1, unknowns)."""
+    return _slopes_by_place(residual, {name: k for k, name in enumerate(names)})[:1]
 
 
 def _slopes_by_place(residual: Residual, places: Mapping[str, int]) -> Array:
@@ -425,17 +477,11 @@ def _slopes_by_place(residual: Residual, places: Mapping[str, int]) -> Array:
     return slopes
 
 
-_WIDEST_RATE = 3.0
-"""Rates are sought up to this many times the largest true one."""
-
-
 def _judge_steady(
     statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
 ) -> list[Judged]:
     """Judge the rates of steady motions at given positions: each of them, and no others."""
     all_judged: list[Judged] = []
-    covered: set[int] = set()
-    several = False
     for statement in name_values(statements):
         written = set().union(*(side.letters for side in statement.sides))
         rates = [name for name in quantity.letters if name in written]
@@ -446,18 +492,19 @@ def _judge_steady(
         name = rates[0]
         roots = _find_rates(truth, quantity, name)
         apart = np.abs(roots[0] - roots[1])
-        several |= bool((apart > 1e-6 * np.nanmax(np.abs(roots))).any())
+        several = bool((apart > 1e-6 * np.nanmax(np.abs(roots))).any())
         cases = [{**quantity.more, name: root} for root in roots]
         tried = [_residual(statement, truth, {}, "", text, case) for case in cases]
         holds = [residual.holds and bool(residual.finite.any()) for residual in tried]
-        covered |= {k for k, right in enumerate(holds) if right}
+        covers = np.flatnonzero(holds)
         best = min(tried, key=lambda residual: residual.worst)
-        fault = ""
-        if any(holds):
-            reach = _WIDEST_RATE * float(np.nanmax(np.abs(roots)))
-            fault = _find_foreign_rate(best, roots, name, reach)
-        all_judged.append(replace(_judge_residual(best), fault=fault))
-    if several and len(covered) == 1:
+        covered = [cases[k] for k in covers]
+        fault = _find_emptiness(best, [name], covered) if covered else ""
+        says = np.eye(2)[covers] if several else np.ones((len(covers), 1))
+        all_judged.append(replace(_judge_residual(best), fault=fault, says=says))
+    if all_judged[0].says.shape[1] - count_independent(all_judged) == 1 and any(
+        judged.holds for judged in all_judged
+    ):
         all_judged[0] = replace(
             all_judged[0], missing=("the other rate at the same position is missing",)
         )
@@ -479,23 +526,6 @@ def _find_rates(truth: Truth, quantity: AskedQuantity, name: str) -> Array:
     root = np.sqrt(linear**2 - 4 * square * rest[k])
     roots = np.stack([-linear - root, -linear + root]) / (2 * square)
     return np.sort(roots, axis=0)
-
-
-def _find_foreign_rate(residual: Residual, roots: Array, name: str, reach: float) -> str:
-    """Return why an equation also holds for other rates, "" if it does not."""
-    count = residual.sample.count
-    grid = np.linspace(-reach, reach, 401) * 1.00037
-
-    def evaluate(states: Rows, rates: Array) -> Array:
-        return residual.tape.whole({**residual.sample.at(states), name: rates}, len(rates))
-
-    state, place, _ = find_sign_changes(evaluate, count, grid, 0)
-    foreign = ~(np.abs(roots[:, state] - place) <= 3 * (grid[1] - grid[0])).any(axis=0)
-    if foreign.any() and not np.isnan(roots[:, state[foreign]]).all():
-        return f"it holds for other values of {name}, too"
-    if not evaluate(np.repeat(np.arange(count), len(grid)), np.tile(grid, count)).any():
-        return f"it holds for any {name}"
-    return ""
 
 
 def is_equivalent(residual: Residual, truth: Truth, letters: Sequence[str]) -> bool:

@@ -162,12 +162,8 @@ class Residual:
     @cached_property
     def _rounding(self) -> Array:
         """The effect of rounding; the error of a vanishing acceleration scales with usual ones."""
-        M, a = self.sample.M, self.sample.a
-        vigor = np.sqrt(np.abs(np.einsum("ni,nij,nj->n", a, M, a)))
-        usual = vigor[:, None] / np.sqrt(np.diagonal(M, axis1=1, axis2=2))
-        known = np.where(np.isfinite(usual), usual, 0.0)
         slopes = np.nan_to_num(np.abs(self.by_acceleration), posinf=0.0)
-        return np.asarray(_ROUNDING * np.einsum("ni,ni->n", slopes, known))
+        return np.asarray(_ROUNDING * np.einsum("ni,ni->n", slopes, self.sample.usual))
 
     def find_idle(self, far: FormulaValues | None = None) -> Node | None:
         """Return a term too small to be seen in any state, also far out; None if there is none."""
@@ -368,7 +364,7 @@ def count_missing(equations: Sequence[Residual]) -> int:
     return min(_count_open(matrix, len(inertia)) for matrix in whole[:_RANKED])
 
 
-def count_independent(equations: Sequence[Residual]) -> int:
+def count_rank(equations: Sequence[Residual]) -> int:
     """Return the number of equations that do not follow from each other."""
     rows = np.nan_to_num(_slopes(equations, equations[0].truth.moving)[:_RANKED])
     rows = rows / np.maximum(np.linalg.norm(rows, axis=2, keepdims=True), 1e-300)

@@ -13,7 +13,7 @@ from mecanique.arrays import Array
 from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import read
 from mecanique.checking.grammar.tape import FormulaTape
-from mecanique.checking.judgement.equilibria import INTEGERS, Equilibria
+from mecanique.checking.judgement.equilibria import INTEGERS, equilibria_of
 from mecanique.checking.judgement.release import release
 from mecanique.checking.judgement.truth import Sample, SeriesValues, Truth
 from mecanique.derivation import derive
@@ -70,6 +70,7 @@ class AskedQuantity:
     # values that mistakes lead to, each with the kind of mistake and its words
     slips: tuple[tuple[str, str, Array], ...] = ()
     velocity: str = ""  # whose momentum it is
+    needed: tuple[str, ...] = ()  # the letters that an answer must determine
     # functions that are written with a letter of their own
     functions: Mapping[str, str] = field(default_factory=dict)
     # coordinates about which motions are small; those left out are zero there
@@ -194,7 +195,7 @@ class _Asked:
             velocity=velocity,
         )
 
-    def reactions(self, name: str, _: str) -> AskedQuantity:
+    def reactions(self, name: str, what: str) -> AskedQuantity:
         derivation = balances(self._truth)
         parting = self._part_wheels(derivation)
         known = {**self._sample.values, **parting}
@@ -212,8 +213,18 @@ class _Asked:
         components += [self._sample.values[letter] for letter in multipliers]
         values = np.stack(components) if components else np.zeros((0, self._sample.count))
         letters = (*parting, *reactions, *multipliers)
+        needed = tuple(filter(None, what.split(", ")))
+        if unknown := sorted({*needed} - {*letters}):
+            raise UnknownNameError("reaction", unknown[0], letters)
         return AskedQuantity(
-            name, "letters", letters, values, None, reactions, derivation, notes=notes
+            name,
+            "letters",
+            letters,
+            values,
+            series=reactions,
+            derivation=derivation,
+            notes=notes,
+            needed=needed,
         )
 
     def _part_wheels(self, derivation: Derivation) -> dict[str, Array]:
@@ -264,7 +275,7 @@ class _Asked:
     def frequency(self, name: str, _: str) -> AskedQuantity:
         position, notes = self._position, list[str]()
         if not position and not self._truth.mechanism.constrained:
-            equilibria = Equilibria(self._truth)
+            equilibria = equilibria_of(self._truth)
             # what is prescribed by the time does not act on free vibrations
             if equilibria.measure({**equilibria.at_zero, "t": np.zeros(self._sample.count)}):
                 position = equilibria.find_nearest()
@@ -411,6 +422,7 @@ class _Asked:
             series=series,
             dimensions=dimensions,
             more=still,
+            needed=tuple(inputs),
         )
 
     def transfer(self, name: str, what: str) -> AskedQuantity:
@@ -498,7 +510,7 @@ _QUESTIONS = {
     "equilibrium force": _Question(_Asked.holding),
     "transfer function": _Question(_Asked.transfer, ("G", "H"), of=True, at=True),
     "equilibrium": _Question(_Asked.equilibrium, of=True),
-    "reaction": _Question(_Asked.reactions),
+    "reaction": _Question(_Asked.reactions, of=True),
 }
 
 QUESTIONS = (_MOTION[0], *_QUESTIONS)

@@ -115,6 +115,13 @@ class Sample:
         return {name: value[states] for name, value in self.values.items()}
 
     @property
+    def usual(self) -> Array:
+        """The usual size of each acceleration, shape (n, nv); 0 where it moves no mass."""
+        vigor = np.sqrt(np.abs(np.einsum("ni,nij,nj->n", self.a, self.M, self.a)))
+        usual = vigor[:, None] / np.sqrt(np.diagonal(self.M, axis1=1, axis2=2))
+        return np.where(np.isfinite(usual), usual, 0.0)
+
+    @property
     def motion(self) -> Array:
         """The accelerations and multipliers, shape (n, nv + m)."""
         return np.concatenate([self.a, self.multipliers], axis=1)

@@ -330,6 +330,10 @@ def mistake_readings(right: RightEquations) -> Iterator[WrongDerivation]:
     """Yield equations with parameters of the same unit exchanged throughout."""
     mechanism = right.truth.mechanism
     used = {g.name for row in right.derivation.rows for g in row.generators()}
+    if "t" in used:
+        what = "what changes with the time t is taken as it is at t = 0"
+        start = {"t": np.zeros(right.sample.count)}
+        yield WrongDerivation("time dependence", what, 1.4, right.reread(lambda _: start))
     parameters = [p for p in mechanism.parameters if p.symbol in used]
     for first, second in permutations(parameters, 2):
         if first.unit != second.unit:
@@ -363,6 +367,14 @@ def list_relative(truth: Truth) -> Iterator[tuple[str, Reading, Array, tuple[str
     Each has its words, the letters it reads, its rates by ours, and the dots of these letters.
     """
     names = [v.removesuffix("'") for v in truth.velocities if v.endswith("'")]
+    if 2 < len(names) == len(truth.velocities):
+        sums, differences = np.tri(len(names)), np.eye(len(names)) - np.eye(len(names), k=-1)
+        for rates, said in (
+            (differences, "absolute instead of relative to the one before"),
+            (sums, "relative to the one before instead of absolute"),
+        ):
+            text = f"each of {', '.join(names)} is taken {said}"
+            yield text, partial(_chain, names, rates), rates, ("", "'")
     for base, other in permutations(names, 2):
         for sign in (-1, 1):
             ways = ("relative to", "absolute") if sign > 0 else ("absolute", "relative to")
@@ -374,6 +386,15 @@ def list_relative(truth: Truth) -> Iterator[tuple[str, Reading, Array, tuple[str
                 text = text.replace("relative to", f"relative to {base}")
                 rates = turn if "'" in dots else np.eye(len(turn))
                 yield text, partial(_add_letters, other, base, sign, dots), rates, dots
+
+
+def _chain(names: Sequence[str], rates: Array, values: Mapping[str, Array]) -> dict[str, Array]:
+    """Return combinations of coordinates and of their rates."""
+    read = dict[str, Array]()
+    for dots in ("", "'"):
+        dotted = [f"{name}{dots}" for name in names]
+        read |= zip(dotted, rates @ np.array([values[name] for name in dotted]), strict=True)
+    return read
 
 
 def _add_letters(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
+from itertools import chain, pairwise
 from types import MappingProxyType
 from typing import TypeAlias, final
 
@@ -14,17 +14,21 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.checking.budget import spend
 from mecanique.checking.grammar.letters import KnownLetters
+from mecanique.checking.grammar.reader import Statement
 from mecanique.checking.grammar.tape import FormulaTape
 from mecanique.checking.grammar.tree import (
     Node,
+    add,
     call,
     divide,
+    letter,
     multiply,
     negate,
     number,
     raise_to,
     rate,
 )
+from mecanique.checking.judgement.equilibria import judge_positions
 from mecanique.checking.judgement.motion import Residual
 from mecanique.checking.judgement.quantities import ENERGIES, AskedQuantity, measure, roll
 from mecanique.checking.judgement.truth import Truth
@@ -35,6 +39,7 @@ from mecanique.checking.mistakes.hypotheses import (
     list_relative,
 )
 from mecanique.checking.verdict import Mistake
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import FormulaError
 from mecanique.model.random_positions import angles
@@ -225,6 +230,36 @@ class QuantityMistakes:
             if not np.allclose(omega, right, rtol=_ALIKE, atol=0.0):
                 yield hypothesis.mistake(), omega
 
+    def list_constants(self) -> Iterator[Series]:
+        """Yield those of the momenta and the energy that are constant in true motions."""
+        truth = self._truth
+        lagrange = Lagrange(truth.mechanism, truth.closed_form.algebra)
+        value = truth.at({})
+        for series in (*map(lagrange.T.diff, truth.velocities), lagrange.T + lagrange.V):
+            if (np.abs(value(series.ddt())) <= _CONSERVED * np.abs(value(series)).max()).all():
+                yield series
+
+    def explain_position(
+        self, statements: Sequence[Statement], wrong: int, written: str
+    ) -> Iterator[Mistake]:
+        """Yield the changes of a line after which forces balance at the position it gives."""
+        left, right = statements[wrong].sides[0], statements[wrong].sides[-1]
+        symbols = [parameter.symbol for parameter in self._truth.mechanism.parameters]
+        lacking = (
+            (Mistake("missing", f"{symbol} is missing", "", 1.2), add(right, letter(symbol)))
+            for symbol in symbols
+        )
+        for mistake, changed in chain(_mutate(right, written, is_term=True), lacking):
+            spend()
+            mended = replace(statements[wrong], sides=(left, changed))
+            others = (*statements[:wrong], mended, *statements[wrong + 1 :])
+            try:
+                positions, _ = judge_positions(others, self._truth, written)
+            except FormulaError:
+                continue
+            if not any(p.worst or p.fault for p in positions if mended in p.statements):
+                yield mistake
+
     def explain_constant(self, root: Node, written: str) -> Iterator[Mistake]:
         """Yield mistakes in a conserved quantity: forces, and single changes that mend it."""
         truth = self._truth
@@ -326,6 +361,9 @@ def _change(
         swapped = "cos" if node.name == "sin" else "sin"
         yield 1.0, "sin for cos", f"'{part}' should be {swapped}", call(swapped, *node.parts)
         yield 1.1, "power", f"'{part}' should be squared: '{part}^2'", squared
+    if node.kind == "call" and node.name in ("acos", "asin", "atan"):
+        inverse = divide(number(1), node.parts[0])
+        yield 0.8, "measure", f"the argument of '{part}' is inverted", call(node.name, inverse)
     if node.kind == "letter" and part:
         yield 1.2, "power", f"'{part}' should be {part}^2", squared
     if node.kind == "power":

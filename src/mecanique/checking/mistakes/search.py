@@ -17,11 +17,11 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.checking.budget import SECONDS, OutOfTimeError, spend
+from mecanique.checking.grammar import tree
 from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import Statement
 from mecanique.checking.grammar.tape import FormulaTape, needed_values
 from mecanique.checking.grammar.tree import Node, rate
-from mecanique.checking.grammar.tree import number as zero_node
 from mecanique.checking.judgement.formula import Judged
 from mecanique.checking.judgement.motion import Residual, combine_angles, residuals
 from mecanique.checking.judgement.quantities import AskedQuantity
@@ -133,6 +133,11 @@ class Context:
                 yield f"{name} + {letter}", values[name] + values[letter]
                 yield f"{name} - {letter}", values[name] - values[letter]
                 yield f"{letter} - {name}", values[letter] - values[name]
+        for letter in family if family is not self.coordinates else ():
+            for angle in self.angles if letter != name else ():
+                # a spin is the rate about the own axis and the share of another one
+                share = np.cos(values[angle]) * values[letter]
+                yield f"{name} + {letter} cos({angle})", values[name] + share
 
 
 ALIKE = 1e-6
@@ -312,6 +317,12 @@ def _vary_sum(part: FormulaPart) -> Iterator[_Candidate]:
         text = f"'{part.quoted}' should be its sine: the angle is assumed to be small"
         yield np.sin(part.have), "small angle", text, 1.0
     units = {context.units[name] for name in letters if name in context.units}
+    masses = [name for name in sorted(letters) if context.units.get(name) == "kg"]
+    if len(masses) == len(letters) == len(part.node.parts) == 2:
+        first, second = masses
+        reduced = f"the reduced mass {first} {second}/({first} + {second})"
+        product = context.values[first] * context.values[second]
+        yield product[part.usable] / part.have, "mass", f"'{part.quoted}' should be {reduced}", 1.4
     if len(units) == 1 and part.tape.parents[part.place] >= 0:
         for name, unit in context.units.items():
             if unit in units:
@@ -510,12 +521,18 @@ def find_lacking(residual: Residual, series: Mapping[str, Series]) -> Iterator[M
         if part + second != truth and is_lacking(alone + more):
             said = f"{expression(part).text()} and {expression(second).text()}"
             yield Mistake("missing", f"the terms {said} are missing", "", 1.9)
+    for part, part_values in zip(parts[:-1], values, strict=False):
+        if truth - part not in parts and is_lacking(values[-1] - part_values):
+            text = f"only {expression(part).text()} is there: {expression(truth - part).text()}"
+            yield Mistake("missing", f"{text} is missing", "", 1.8)
     for part, part_values in zip(parts, values, strict=True):
         for factor, kind, words in MULTIPLES:
             if is_lacking((1.0 - factor) * part_values):
                 text = words.format(f"the term {expression(part).text()}")
                 yield Mistake(kind, text, "", 1.1 if kind == "missing" else 1.6)
 
+
+_CONSTANT = "#constant"
 
 _HOLDS = 1e-7
 """An equation holds for wrong accelerations if it is off by less than this part of its terms."""
@@ -617,6 +634,7 @@ class Search:
         """Return the likely causes for each wrong formula of a quantity; none for a right one."""
         matrix = self._explain_matrix(judged, quantity)
         explained: list[tuple[Mistake, ...]] = []
+        statements = [formula.statement for formula in judged]
         for k, formula in enumerate(judged):
             number = k + 1 if len(judged) > 1 else 0
             causes: tuple[Mistake, ...] = ()
@@ -626,7 +644,10 @@ class Search:
             if formula.residual is not None:
                 causes = self._mend(formula.residual, formula.series, quantity, text)
             elif quantity.kind == "conserved" and formula.root is not None:
-                causes = self._explain_constant(formula.root, text)
+                causes = self._explain_constant(formula, text)
+            elif quantity.kind == "equilibrium":
+                mended = self._of_quantities.explain_position(statements, k, text)
+                causes = _rank([], _list_in_time(mended))
             explained.append(tuple(dict.fromkeys((*matrix, *_in_equation(causes, number)))))
         return explained
 
@@ -659,18 +680,26 @@ class Search:
         given = true + np.stack(differences, axis=-1).reshape(true.shape)
         return _rank([], _list_in_time(self._of_quantities.explain_matrix(given)))
 
-    def _explain_constant(self, root: Node, text: str) -> tuple[Mistake, ...]:
+    def _explain_constant(self, formula: Judged, text: str) -> tuple[Mistake, ...]:
         """Return the likely causes why a formula is not conserved."""
+        truth, root = self._truth, formula.root
+        assert root is not None, "it is judged by its rate"
         mistakes = _list_in_time(self._of_quantities.explain_constant(root, text))
-        truth = self._truth
+        for series in self._of_quantities.list_constants():
+            known = {**truth.sample.values, _CONSTANT: truth.at({})(series)}
+            less = tree.add(tree.letter(_CONSTANT), tree.negate(root))
+            residual = Residual(formula.statement, less, truth, replace(truth.sample, values=known))
+            mistakes += _list_in_time(find_lacking(residual, {_CONSTANT: series}))
         try:
             slope = rate(root, self._letters.rate_nodes)
-            line = Statement((slope, zero_node(0)), text, root.start)
+            line = Statement((slope, tree.number(0)), text, root.start)
             holds = self._hold(residuals([line], truth, truth.sample, text))
             mistakes += self._list_likeliest(holds[:, 0], np.full(len(holds), 0.4), 0)
         except FormulaError:
             pass
-        return _rank([], mistakes)
+        # what has no positions in it is the same where these are small
+        positions = root.letters & set(truth.mechanism.coordinates)
+        return _rank([], [m for m in mistakes if positions or m.kind != "linearized"])
 
     def has_unit_fault(
         self, residual: Residual, text: str, asked: Mapping[str, Dimension] = MappingProxyType({})

@@ -11,8 +11,10 @@ const IDLE = "it has a term that is too small to be seen";
 const HOLDS = 1e-7;
 const MOVING = ["coordinate", "velocity"];
 const RANK = 1e-7;
+const ROUNDING = 1e-13;
 const RANKED = 6;
-const FACTORS = [1e-3, 0.03, 0.3, 0.7, 0.9, 1.1, 1.4, 3.0, 30.0, 1e3];
+const MAGNITUDES = [1e-3, 0.03, 0.1, 0.3, 0.6, 0.9, 1.1, 1.5, 3.0, 10.0, 30.0, 1e3];
+const FACTORS = [...MAGNITUDES.map((x) => -x).reverse(), ...MAGNITUDES];
 const CALLS = {
   ...{ sin: Math.sin, cos: Math.cos, tan: Math.tan, sinh: Math.sinh, cosh: Math.cosh },
   ...{ tanh: Math.tanh, exp: Math.exp, sqrt: Math.sqrt },
@@ -173,6 +175,7 @@ function sumUp(question, equations, judged, states) {
     forms: [...new Set(forms)],
     causes: [...new Set(causes)],
     independent: nv - missing,
+    needed: nv,
   };
 }
 
@@ -206,14 +209,24 @@ function judgeEquation(root, question, states) {
     return failed("it holds for any motion");
   if (!isAffine(root, question, states, base))
     return { unclear: "it is not linear in the accelerations" };
-  const far = question.far ? rowsOf(question.far).map((row) => evaluate(root, row)) : [];
-  if (worstOf(far) > FAR) return failed("it holds near the usual states only");
+  if (worstOf(evaluateFar(root, question)) > FAR)
+    return failed("it holds near the usual states only");
   const moving = states.map((row) => move(row, question, 1));
   const everywhere = [...states, ...moving, ...(question.far ? rowsOf(question.far) : [])];
   if (hasIdleTerm(root, everywhere)) return { unclear: IDLE };
   if (mayVanish(root, question))
     return { unclear: "it may be multiplied by a factor that vanishes" };
   return { holds: true, outcome: "right", forms: [], causes: [] };
+}
+
+/** Return the values far out, 0 where the error of a vanishing acceleration explains them. */
+function evaluateFar(root, question) {
+  if (!question.far) return [];
+  return rowsOf(question.far).map((row, k) => {
+    const [value, size] = evaluate(root, row);
+    const by = slopes(root, row, question.accelerations).map(Math.abs);
+    return [Math.abs(value) > ROUNDING * dot(by, question.usual[k]) ? value : 0, size];
+  });
 }
 
 function failed(...causes) {
@@ -367,17 +380,31 @@ function judgeFormula(sides, question, states, known, there) {
   const root = subtract(sides[0], sides[1] ?? { op: "letter", name: ASKED });
   const worst = compare(root, known, there);
   if (worst > TOLERANCE && worst < CLOSE) return { unclear: "it is off by very little" };
-  const holds = worst <= TOLERANCE;
-  if (holds && hasIdleTerm(root, known)) return { unclear: IDLE };
-  const asks = holds && determines(sides, question.names);
-  return { holds, empty: asks ? findEmptiness(root, question, states) : "" };
+  if (worst > TOLERANCE) return { holds: false, empty: "" };
+  const values = known.map((row) => pick(row, question.names));
+  const asks = determines(sides, question.names);
+  const empty = asks ? findEmptiness(root, states, [values], Boolean(there)) : "";
+  const moved = known.map((row) => ({ ...row, ...scale(pick(row, question.names), 1.7) }));
+  if (!empty && hasIdleTerm(root, [...known, ...moved])) return { unclear: IDLE };
+  return { holds: true, empty };
+}
+
+function pick(row, names) {
+  return Object.fromEntries(names.map((name) => [name, row[name]]));
+}
+
+/** Return values times a factor; those that are zero are moved as one would be. */
+function scale(values, factor) {
+  const scaled = Object.entries(values).map(([name, x]) => [name, x ? factor * x : factor - 1]);
+  return Object.fromEntries(scaled);
 }
 
 function sumUpValues(lines) {
   const outcomes = lines.map((line) => (line.holds && !line.empty ? "right" : "wrong"));
   const outcome = outcomes.includes("wrong") ? "wrong" : "right";
   const causes = lines.map((line) => line.empty).filter(Boolean);
-  return { outcome, lines: outcomes, forms: [], causes };
+  const independent = outcomes.includes("right") ? 1 : 0;
+  return { outcome, lines: outcomes, forms: [], causes, independent, needed: 1 };
 }
 
 function doubtNumbers(question, statements, used) {
@@ -416,54 +443,69 @@ function determines(sides, names) {
   return sides.length > 1 || names.some((name) => used.has(name));
 }
 
-/** Return why an equation that holds does not determine the quantity, "" if it does. */
-function findEmptiness(root, question, states) {
-  const alone = !question.again;
-  const tables = FACTORS.map((factor) =>
-    states.map((row, k) => {
-      const moved = { ...row };
-      for (const name of question.names) moved[name] = factor * question.values[k];
-      const [value, size] = evaluate(root, moved);
-      const relative = size > 0 ? value / size : 0;
-      return Math.abs(relative) > TOLERANCE ? Math.sign(relative) : 0;
-    }),
-  );
-  if (tables.every((signs) => signs.every((sign) => !sign)))
+/**
+ * Return why an equation that holds does not determine the quantity, "" if it does: it must change
+ * its sign at each of the roots, and nowhere else, or the difference from its value there must.
+ */
+function findEmptiness(root, states, [known, ...more], openConstant = false) {
+  const used = new Set();
+  collect(root, used);
+  const names = Object.keys(known[0]);
+  const first = names.find((name) => used.has(name)) ?? names[0];
+  const others = more.filter((other) => other.some((at, k) => at[first] !== known[k][first]));
+  const table = states.map((row, k) => {
+    const [here, itsSize] = evaluate(root, { ...row, ...known[k] });
+    return FACTORS.map((factor) => {
+      const moved = scale(known[k], factor);
+      const [value, size] = evaluate(root, { ...row, ...moved });
+      const changed = value - (openConstant ? here : 0);
+      if (!(Math.abs(changed) > TOLERANCE * Math.max(size, itsSize))) return 0;
+      const sides = others.map((other) => Math.sign(moved[first] - other[k][first]));
+      return sides.reduce((a, b) => a * b, Math.sign(factor - 1) * changed);
+    });
+  });
+  if (table.every((row) => row.every((x) => !x)))
     return "it holds for any value of the quantity in question";
-  if (!alone) return "";
-  const touches = tables[4].filter((sign, k) => sign * tables[5][k] > 0).length;
-  if (touches > states.length / 2) return "it only touches zero";
-  const turns = (signs) => signs.some((sign) => sign < 0) && signs.some((sign) => sign > 0);
-  const foreign = states.some(
-    (_, k) =>
-      turns(tables.slice(0, 5).map((signs) => signs[k])) ||
-      turns(tables.slice(5).map((signs) => signs[k])),
-  );
+  const above = FACTORS.findIndex((factor) => factor > 1);
+  const touches = table.filter((row) => row[above - 1] * row[above] < 0).length;
+  if (touches > states.length / 2)
+    return "it only touches zero: a square or a magnitude does not determine a quantity";
+  const negative = known.some((at) => Object.values(at).some((x) => x < 0));
+  const foreign = table.some((row) => turns(row, openConstant || negative));
   return foreign ? "it holds for other values, too" : "";
+}
+
+/** Whether values along the factors have both signs; at a pole at zero they grow before. */
+function turns(row, fromBelow) {
+  const start = MAGNITUDES.length;
+  const [before, below, above] = row.slice(start - 2, start + 1);
+  const sign = Math.abs(below) > Math.abs(before) && below * above < 0 ? -1 : 1;
+  const whole = [
+    ...(fromBelow ? row.slice(0, start).map((x) => sign * x) : []),
+    ...row.slice(start),
+  ];
+  return whole.some((x) => x < 0) && whole.some((x) => x > 0);
 }
 
 function judgeSeveral(question, statements, used, text) {
   const states = rowsOf(question.states);
-  const covered = new Set();
-  const lines = [];
-  for (const sides of statements) {
-    const found = coverOne(sides, question.measures, states);
-    if (found.unclear) return leave(found.unclear);
-    found.covers.forEach((k) => covered.add(k));
-    lines.push(found.covers.length ? "right" : "wrong");
-  }
+  const found = statements.map((sides) => coverOne(sides, question.measures, states));
+  const unclear = found.find((line) => line.unclear);
+  if (unclear) return leave(unclear.unclear);
+  const right = found.filter((line) => line.covers.length && !line.empty);
+  const lines = found.map((line) => (right.includes(line) ? "right" : "wrong"));
+  const causes = found.map((line) => line.empty).filter(Boolean);
   const bad = lines.includes("wrong");
   const numbers = bad && lacksParameters(question, used) && coversWithNumbers(question, statements);
   const unsure =
     bad && (doubt(question, text) || (numbers ? "what holds for the numbers given" : ""));
   if (unsure) return leave(`this page cannot judge ${unsure}`);
-  return sumUpSeveral(lines, covered.size, question.measures.length);
-}
-
-function sumUpSeveral(lines, covered, all) {
-  if (lines.includes("wrong")) return { outcome: "wrong", lines, forms: [], causes: [] };
-  const forms = covered < all ? [`${all - covered} of ${all} frequencies missing`] : [];
-  return { outcome: covered < all ? "incomplete" : "right", lines, forms, causes: [] };
+  const independent = new Set(right.flatMap((line) => line.covers)).size;
+  const needed = question.measures.length;
+  const lacking = bad ? 0 : needed - independent;
+  const forms = lacking ? [`${lacking} of ${needed} frequencies missing`] : [];
+  const outcome = bad ? "wrong" : lacking ? "incomplete" : "right";
+  return { outcome, lines, forms, causes, independent, needed };
 }
 
 function coversWithNumbers({ numbers }, statements) {
@@ -482,25 +524,11 @@ function coverOne(sides, measures, states) {
   if (worst.some((one) => one > TOLERANCE && one < CLOSE))
     return { unclear: "it is off by very little" };
   const covers = worst.flatMap((one, k) => (one <= TOLERANCE ? [k] : []));
-  const there = (k) => states.map((row, at) => ({ ...rowOf(measures[k], at), ...row }));
-  if (covers.length && hasIdleTerm(root, there(covers[0]))) return { unclear: IDLE };
-  if (covers.length && determines(sides, names) && !holdsAlone(root, measures[covers[0]], states))
-    return { unclear: "it may hold for other values, too" };
-  return { covers };
-}
-
-/** Whether an equation changes with the quantity, and holds for one value only. */
-function holdsAlone(root, measure, states) {
-  const names = Object.keys(measure);
-  const at = (factor) =>
-    states.map((row, k) => {
-      const moved = Object.fromEntries(names.map((name) => [name, factor * measure[name][k]]));
-      return Math.sign(evaluate(root, { ...moved, ...row })[0]);
-    });
-  const below = FACTORS.slice(0, 5).map(at);
-  const above = FACTORS.slice(5).map(at);
-  return states.every((_, k) => {
-    const signs = [below, above].map((side) => new Set(side.map((one) => one[k])));
-    return signs.every((set) => set.size === 1 && !set.has(0)) && below[0][k] !== above[0][k];
-  });
+  if (!covers.length) return { covers };
+  const roots = covers.map((k) => states.map((_, at) => pick(rowOf(measures[k], at), names)));
+  const empty = determines(sides, names) ? findEmptiness(root, states, roots) : "";
+  const known = states.map((row, at) => ({ ...roots[0][at], ...row }));
+  const moved = states.map((row, at) => ({ ...scale(roots[0][at], 1.7), ...row }));
+  if (!empty && hasIdleTerm(root, [...known, ...moved])) return { unclear: IDLE };
+  return { covers, empty };
 }

@@ -32,8 +32,10 @@ function findRuntime(start) {
 function score(verdict) {
   if (verdict.outcome === "right") return 1;
   if (verdict.outcome === "right except for form") return question.form;
-  const asked = question.accelerations?.length ?? 0;
-  return asked ? (verdict.independent ?? 0) / Math.max(asked, verdict.lines.length) : 0;
+  const worth = { right: 1, "right except for form": question.form };
+  const credit = verdict.lines.reduce((sum, line) => sum + (worth[line] ?? 0), 0);
+  const { independent = 0, needed = 1 } = verdict;
+  return Math.min(credit, independent) / Math.max(needed, verdict.lines.length);
 }
 
 function show(verdict) {
