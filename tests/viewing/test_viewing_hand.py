@@ -275,6 +275,7 @@ def test_wide_fractions_are_broken_on_a_phone(name: str, show: Callable[..., Vis
     wide = "each.scrollWidth > each.clientWidth"
     seen.settle()
     assert seen.js(f"{boxes}.filter((each) => {wide}).map((each) => each.textContent)") == []
+    assert not seen.js("/\\.Source/.test(document.getElementById('panel-equations').textContent)")
     after = "/^[.,;:]/.test(each.nextSibling?.data) && !each.closest('.kept')"
     maths = "[...document.querySelectorAll('#panel-equations math')]"
     assert seen.js(f"{maths}.filter((each) => {after}).length") == 0

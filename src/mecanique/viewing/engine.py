@@ -312,8 +312,7 @@ class Maker:
         self._lost = {f"{LOST}{name}": tape.input(f"{LOST}{name}") for name in lost}
         self._corners = PageCorners(motion, symbols) if motion.corners is not None else None
         self._actions = FreeBodyForces(self._dynamics)
-        moving = (a for a in self._actions.all() if a.body != mechanism.ground)
-        self._shown = [*moving]
+        self._shown = [a for a in self._actions.all() if a.body != mechanism.ground]
 
     def thin(self, scene: Scene) -> Scene:
         """Return a complete scene without the forces and moments that never act."""

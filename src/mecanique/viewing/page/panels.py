@@ -250,7 +250,7 @@ def write_equations(document: SceneText) -> str:
     if document.about:
         # initials of authors are no letters of formulas
         words, source, cited = document.about.partition("Source: ")
-        parts.append(f"<p>{to_html(words)}{escape(source + cited)}</p>")
+        parts.append(f"<p>{to_html(words)} {escape(source + cited)}</p>")
     parts += [_figure(document), _symbols(document)]
     parts += [_derivation(derivation) for derivation in document.derivations]
     if document.source and document.source not in document.about:
@@ -326,15 +326,13 @@ _FEW_STEPS = 3
 
 def _block(block: DerivationStep) -> str:
     heading = f"<h4>{escape(block.heading)}</h4>" if block.heading else ""
-    lead, note = (
-        f'<p class="note">{to_html(text)}</p>' if text else "" for text in (block.lead, block.note)
+    held = "; ".join(f"{to_html(words)} {safe(x)}".strip() for words, x in block.held)
+    lead, note, held = (
+        f'<p class="note">{text}</p>' if text else ""
+        for text in (to_html(block.lead), to_html(block.note), held)
     )
     kind = "equation result" if block.final else "equation"
     body = f'<div class="{kind}">{safe(block.body, display=True)}</div>' if block.body else ""
-    held = ""
-    if block.held:
-        parts = (f"{to_html(words)} {safe(formula)}".strip() for words, formula in block.held)
-        held = f'<p class="note">{"; ".join(parts)}</p>'
     return f'<div class="step">{heading}{lead}{body}{note}{held}</div>'
 
 
