@@ -508,6 +508,15 @@ class FreeBodies:
                 twists.append(unit)
             elif d.kind == "moment" and component(d.row, needless).vanishes():
                 twists.append(SymbolicWrench(cross(cut.center, row), row))
+        aligned = dict[tuple[str, int], bool]()
+        skew = len(twists)
+        for k, twist in enumerate(twists):
+            for key, unit in units.items():
+                if twist in (unit, -unit):
+                    skew -= 1
+                    aligned.setdefault(key, k < free)
+        if not skew:
+            return aligned
         value = Evaluation(ring, self.algebra.generic)
         with np.errstate(invalid="ignore"):  # what is not defined there is no condition
             rows = [
@@ -538,8 +547,10 @@ class FreeBodies:
 
     def repeats(self, cut: Cut) -> bool:
         """Return whether a body's moments only repeat its forces, as those of a particle do."""
+        if not cut.fixed:
+            return False
         rest = self.acting(cut) - cut.about_reference(cut.push)
-        return cut.fixed and not any(rest.about(-cut.center).tidy().moment)
+        return not any(rest.about(-cut.center).tidy().moment)
 
     def acting_along(self, cut: Cut) -> SymbolicWrench:
         """Return all that acts on a body along the axes in which its equations are written."""
