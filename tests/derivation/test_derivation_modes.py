@@ -12,8 +12,10 @@ import sympy as sp
 import mecanique as mq
 from mecanique.derivation.mechanics.switching import OPEN, SLIPS, STICKS, ElementState, Mode
 from mecanique.derivation.switching import ModeCondition, ModeEquations, Modes, list_symbols
+from mecanique.model.states import States
 from mecanique.motion.switching.law import Laws
 from mecanique.motion.switching.rows import SwitchingRows
+from mecanique.verification.modes import solve_mode
 
 m, g, mu, mu0 = (
     mq.Parameter("m", 1.3, "kg"),
@@ -393,3 +395,42 @@ def test_the_open_mode_of_a_linkage_is_solved_in_letters() -> None:
     rhs = mq.Reference(replace(crank, switching=())).rhs()
     free = rhs(0.0, np.concatenate([q, v]))[3:]
     np.testing.assert_allclose(solved, free, rtol=1e-10, atol=0)
+
+
+def test_modes_too_long_to_be_read_are_told_by_the_equations_they_solve() -> None:
+    """They were solved for minutes; what is told gives the accelerations of the engine's side."""
+    crank = mq.textbook.load("clearance_slider_crank")
+    names = [element.name for element in crank.switching]
+    states = dict(zip(names, ("slips +", "open", "open", "open"), strict=True))
+    modes = mq.derive_modes(crank, only=[states])
+    (mode,) = modes.modes
+    assert not mode.accelerations
+    assert "it is too long to be read; they follow from" in str(modes)
+    assert "T_upper_left = -N_upper_left mu" in str(modes)
+    assert "while N_upper_left ≥ 0" in mode.conditions
+    assert "it is too long to be read" in modes._repr_html_()
+    assert modes.latex().count("= 0") == len(mode.unsolved) == 4
+    q, v = np.array([[0.4, -0.9, 0.3]]), np.array([[2.0, -1.0, 0.5]])
+    numbers = (*q[0], *v[0])
+    letters = dict(zip((*crank.coordinates, *crank.velocities), numbers, strict=True))
+    named = {sp.Symbol(name): x for name, x in (crank.values | letters).items()}
+    unknowns = [sp.Symbol(f"{name}'") for name in crank.velocities]
+    unknowns.append(sp.Symbol("N_upper_left"))
+    matrix, right = sp.linear_eq_to_matrix([law.subs(named) for law in mode.unsolved], unknowns)
+    solved = np.linalg.solve(*(np.array(part.tolist(), dtype=float) for part in (matrix, right)))
+    at = States(replace(crank, switching=()), q, v, np.zeros(1), np.zeros((1, 3)))
+    expected, _ = solve_mode(crank, states, at)
+    np.testing.assert_allclose(solved[:, 0], expected[0, :4], rtol=1e-9, atol=0)
+
+
+def test_a_coefficient_after_stribeck_is_written_with_its_rate() -> None:
+    """Of numbers alone, without letters, a mode is solved as well."""
+    rate = sp.Symbol("x'")
+    bodies = mq.Body("ground"), mq.Body("block", mq.box(1.0, (0.1, 0.1, 0.1)))
+    slide = mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x")
+    dry = mq.Friction("dry", "slide", 0.2 + 0.1 * sp.exp(-((rate / 0.5) ** 2)), 2.0, mu_static=0.3)
+    modes = mq.derive_modes(mq.Mechanism("block", bodies, (slide,), switching=(dry,)))
+    forward = modes["slips +"].accelerations["x''"]
+    for speed in (0.1, 0.4, 2.0):
+        expected = -2.0 * (0.2 + 0.1 * math.exp(-((speed / 0.5) ** 2)))
+        assert float(forward.subs(rate, speed)) == pytest.approx(expected, rel=1e-12, abs=0)

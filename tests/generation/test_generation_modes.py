@@ -206,6 +206,16 @@ def test_a_ball_that_strikes_keeps_its_momentum_about_the_contact() -> None:
     np.testing.assert_allclose(after[3:], [0.34, -0.068], rtol=1e-13, atol=0)
 
 
+def test_modes_too_long_to_be_read_are_written_in_steps() -> None:
+    crank = mq.textbook.load("clearance_slider_crank")
+    names = [element.name for element in crank.switching]
+    touching = dict(zip(names, ("slips +", "open", "open", "open"), strict=True))
+    code = mq.generate(mq.derive_modes(crank, only=[touching]), "python", samples=5)
+    assert code.verdict is not None
+    (name,) = (name for name in code.verdict.worst if name.startswith("mode_"))
+    assert name.startswith("mode_upper_left_slips_plus")
+
+
 def test_what_no_code_can_hold_is_refused() -> None:
     ball = mq.textbook.load("bouncing_ball")
     (floor,) = ball.switching

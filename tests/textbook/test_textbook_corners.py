@@ -52,9 +52,71 @@ def test_each_fact_holds(name: str) -> None:
     assert [str(row) for row in rows if not row.holds] == []
 
 
+G = 9.81
+
+# of a system: an event, which of its kind, a quantity there, its closed form
+FIGURES = {
+    "the ball strikes again after sqrt(2 h/g) (1 + 2 e)": (
+        ("bouncing_ball", "floor: impact", 1, "t"),
+        math.sqrt(2 / G) * 2.6,
+    ),
+    "and leaves at e^2 sqrt(2 g h)": (
+        ("bouncing_ball", "floor: impact", 1, "after z'"),
+        0.64 * math.sqrt(2 * G),
+    ),
+    "the oscillator turns again after 2 pi sqrt(m/k)": (
+        ("dry_oscillator", "dry: slips -", 0, "t"),
+        math.pi / 5,
+    ),
+    "nearer by 4 mu m g/k": (("dry_oscillator", "dry: slips -", 0, "x"), 0.1 - 4 * 0.1 * G / 100),
+    "the clutch slips by w^2/(2 T (1/J_1 + 1/J_2))": (
+        ("clutch", "plates: sticks", 0, "s"),
+        -(40**2) / (2 * 3 * 7),
+    ),
+    "the block climbs v^2/(2 g (sin(alpha) + mu cos(alpha)))": (
+        ("block_on_incline", "dry: slips +", 0, "x"),
+        -1 / (2 * G * (math.sin(0.4) + 0.2 * math.cos(0.4))),
+    ),
+    "the balls of the cradle meet when the gap is gone": (
+        ("newtons_cradle", "touch1: impact", 0, "t"),
+        0.3,
+    ),
+}
+# of a system: what its losses are in the end
+LOSSES = {
+    "a billiard ball turns two sevenths of its energy into heat": (
+        ("billiard_ball", "cloth: friction"),
+        0.17 / 7,
+    ),
+    "the clutch loses J_1 J_2 w^2/(2 (J_1 + J_2))": (
+        ("clutch", "plates: friction"),
+        0.5 * 0.2 * 40**2 / (2 * 0.7),
+    ),
+    "the cradle loses nothing": (("newtons_cradle", "touch1: impact"), 0.0),
+}
+
+
+@pytest.mark.parametrize("words", FIGURES)
+def test_each_figure_of_a_corner_is_the_closed_form(words: str) -> None:
+    (name, event, which, quantity), expected = FIGURES[words]
+    motion = move(name)
+    at = [occurrence for occurrence in motion.events if occurrence.name == event][which]
+    coordinates, speeds = motion.mechanism.coordinates, motion.mechanism.velocities
+    known = {"t": at.t, **dict(zip(coordinates, at.q, strict=True))}
+    known |= {f"after {name}": v for name, v in zip(speeds, at.after, strict=True)}
+    assert known[quantity] == pytest.approx(expected, rel=1e-11, abs=0.0)
+
+
+@pytest.mark.parametrize("words", LOSSES)
+def test_each_loss_is_the_closed_form(words: str) -> None:
+    (name, loss), expected = LOSSES[words]
+    assert move(name).losses()[loss][-1] == pytest.approx(expected, rel=1e-9, abs=1e-15)
+
+
 def test_forty_closed_forms_of_motions_with_corners_are_held() -> None:
     facts = [fact for name in NAMES for fact in mq.textbook.entry(name).facts]
-    assert len(facts) >= 40
+    of_corners = [f for f in facts if isinstance(f, (Lasting, ModeAcceleration, Occurs))]
+    assert len(of_corners) + len(FIGURES) + len(LOSSES) >= 40
 
 
 def test_a_wrong_fact_of_a_motion_is_seen() -> None:

@@ -54,7 +54,13 @@ LONGEST_FRACTION = 1_000_000
 MOST_SIMPLIFIED = 30
 """Operations of a formula up to which sympy's `simplify` is tried, whose time grows without end."""
 
+LONGEST_SYSTEM = 100_000
+"""Most products of terms in the determinant of a mode that is solved in letters, by a bound: two
+rough corners of a block take 2,430, in a second; a crank whose slider touches by one 375,144."""
+
 _UNDETERMINED = "its forces are not determined by rigid bodies"
+
+_UNSOLVED = "solved for accelerations and forces it is too long to be read; they follow from"
 
 
 @final
@@ -88,10 +94,11 @@ class ModeEquations:
     Args:
         states: the state of each element, by name.
         accelerations: each solved for, a sympy expression by name, e.g. "x''"; empty if the mode
-            does not determine them.
+            does not determine them, or they are too long.
         forces: those of the elements, likewise: friction, and normal forces.
         held: when it holds.
         places: the sort key of each letter in a product.
+        unsolved: expressions that are zero, where accelerations and forces are too long to be read.
     """
 
     states: dict[str, str]
@@ -99,6 +106,7 @@ class ModeEquations:
     forces: dict[str, Any]
     held: tuple[ModeCondition, ...]
     places: Mapping[str, tuple[float, float]] = field(repr=False, compare=False)
+    unsolved: tuple[Any, ...] = ()
 
     @property
     def title(self) -> str:
@@ -113,15 +121,22 @@ class ModeEquations:
         )
 
     def __str__(self) -> str:
-        lines = [f"{self.title}:", *(f"  {line}" for line in self.write(Text()))]
-        if not self.accelerations:
-            lines.append(f"  {_UNDETERMINED}")
+        lines = [f"{self.title}:", *([f"  {self.remark}"] if self.remark else [])]
+        lines += [f"  {line}" for line in self.write(Text())]
         lines += [f"  {condition}" for condition in self.conditions]
         return "\n".join(lines)
 
+    @property
+    def remark(self) -> str:
+        """Why its accelerations are not given; "" if they are."""
+        if self.accelerations:
+            return ""
+        return _UNSOLVED if self.unsolved else _UNDETERMINED
+
     def write(self, writer: Writer) -> list[str]:
         """Write its accelerations and forces in the format of a writer."""
-        return [
+        unsolved = [_write(law, self.places, writer) for law in self.unsolved]
+        return [writer.relation(law, "=", "0") for law in unsolved] + [
             writer.equation(writer.letter(name, False, ""), _write(value, self.places, writer))
             for name, value in (self.accelerations | self.forces).items()
         ]
@@ -160,9 +175,9 @@ class Modes(Legible):
         for mode in self.modes:
             names = {*mode.places, *mode.forces}
             shown.append(f"<h4>{escape(mode.title)}</h4>")
+            if mode.remark:
+                shown.append(f"<p>{escape(mode.remark)}</p>")
             shown += map(to_lines, mode.write(MathML()), mode.write(Text()))
-            if not mode.accelerations:
-                shown.append(f"<p>{escape(_UNDETERMINED)}</p>")
             for words, formula in mode.write_conditions(MathML()):
                 math = f" <math>{formula}</math>" if formula else ""
                 shown.append(f"<p>{prose.to_html(words, names)}{math}</p>")
@@ -179,8 +194,8 @@ class Modes(Legible):
         for mode in self.modes:
             names, formulas = {*mode.places, *mode.forces}, mode.write(Latex())
             parts.append(f"\\subsection*{{{prose.escape(mode.title)}}}")
+            parts += [f"{mode.remark}\n"] if mode.remark else []
             parts += [display(formulas)] if formulas else []
-            parts += [] if mode.accelerations else [f"{_UNDETERMINED}\n"]
             said = (
                 prose.to_latex(words, names) + _set_formula(formula)
                 for words, formula in mode.write_conditions(Latex())
@@ -304,7 +319,11 @@ def derive_modes(
                     known[row.symbol] = sympify(force)
         known = {symbol: force.xreplace(known) for symbol, force in known.items()}
         left = [symbol for symbol in (*accelerations, *symbols) if symbol not in known]
-        solution = _solve([law.xreplace(known) for law in laws], left, known)
+        laws = [law.xreplace(known) for law in laws]
+        solution = _solve(laws, left, known)
+        unsolved = () if solution is not None else tuple(laws)
+        if solution is None:  # conditions are told in the letters of its forces
+            solution = known | {symbol: symbol for symbol in left if symbol in symbols}
         conditions: list[ModeCondition] = []
         for forces, state in zip(unknown, states, strict=True):
             conditions += _list_conditions(forces, state, solution)
@@ -314,9 +333,10 @@ def derive_modes(
             ModeEquations(
                 {forces.element.name: state for forces, state in zip(unknown, states, strict=True)},
                 {name: value for name, value in named.items() if value is not None},
-                {str(s): solution[s] for s in symbols if sympify(solution.get(s, 0)) != 0},
+                {str(s): solution[s] for s in symbols if solution.get(s, 0) not in (0, s)},
                 tuple(conditions),
                 places,
+                unsolved,
             )
         )
     return Modes(mechanism, tuple(modes))
@@ -422,8 +442,11 @@ def _find_load(element: Switching) -> Any:
     return 1 if by is None else Symbol(force_symbol("N", by))
 
 
-def _solve(laws: list[Any], unknowns: list[Any], known: dict[Any, Any]) -> dict[Any, Any]:
-    """Return the unknowns, and those known by others; none where they are not determined."""
+def _solve(laws: list[Any], unknowns: list[Any], known: dict[Any, Any]) -> dict[Any, Any] | None:
+    """Return the unknowns, and those known by others; none where they are not determined.
+
+    Of a system whose solution is too long to be read, return None.
+    """
     from sympy import (
         Dummy,
         Float,
@@ -451,6 +474,12 @@ def _solve(laws: list[Any], unknowns: list[Any], known: dict[Any, Any]) -> dict[
     exact = DomainMatrix.from_Matrix(whole.xreplace(calls).xreplace(decimals)).to_field()
     # without fractions, whose common factors take nearly all of the time to find
     _, system = exact[:count, :].clear_denoms_rowwise(convert=True)
+    # numbers without letters are no polynomials
+    sizes = np.array(
+        [[len(x) if hasattr(x, "terms") else 1 for x in row] for row in system[:, :-1].to_list()]
+    )
+    if min(prod(map(int, sizes.sum(axis))) for axis in (0, 1)) > LONGEST_SYSTEM:
+        return None
     numerators, denominator = system[:, :-1].solve_den(system[:, -1:], method="charpoly")
     field = exact.domain
     solved = numerators.convert_to(field) / field.convert_from(denominator, system.domain)

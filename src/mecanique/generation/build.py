@@ -13,7 +13,13 @@ from typing import Any
 
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.mechanics.letters import Letters
-from mecanique.derivation.mechanics.switching import bounce, close_contacts, name_mode, strike
+from mecanique.derivation.mechanics.switching import (
+    accelerate,
+    bounce,
+    close_contacts,
+    name_mode,
+    strike,
+)
 from mecanique.derivation.switching import ModeEquations, Modes, force_symbol, list_letters
 from mecanique.errors import DerivationError, UnknownNameError
 from mecanique.generation.identifiers import file_stem
@@ -184,7 +190,8 @@ def build_modes(
     # the equations of modes are derived of contacts that slip along x alone
     equations = SwitchingEquations(mechanism, letters, idle=lambda name: name.endswith(": y"))
     answers = [_write_elements(equations)]
-    answers += [_write_mode(mechanism, letters, mode) for mode in modes.modes if mode.accelerations]
+    written = [mode for mode in modes.modes if mode.accelerations or mode.unsolved]
+    answers += [_write_mode(mechanism, equations, mode) for mode in written]
     answers += _write_impacts(equations)
     dynamics = TapeDynamics(letters, equations.tree, equations.tree, "closed form of each mode")
     program = assemble(dynamics, file_stem(mechanism.name, name), answers)
@@ -228,11 +235,18 @@ def _write_elements(equations: SwitchingEquations) -> Answer:
     return Answer(quantity, tuple(values_of(values)), (len(values),))
 
 
-def _write_mode(mechanism: Mechanism, letters: Letters, mode: ModeEquations) -> Answer:
-    switching = mechanism.switching
+def _write_mode(mechanism: Mechanism, equations: SwitchingEquations, mode: ModeEquations) -> Answer:
+    letters, switching = equations.letters, mechanism.switching
     symbols = [force_symbol(part, e.name) for e in switching for part in list_letters(e)]
-    formulas = [*mode.accelerations.values(), *(mode.forces.get(s, 0.0) for s in symbols)]
-    values = values_of([letters.number(formula, letters.values) for formula in formulas])
+    if mode.unsolved:
+        named = name_mode(equations.elements, mode.states)
+        drive = accelerate(equations.terms, equations.elements)
+        a, forces = equations.solve(named, drive)
+        rows = [row for element in equations.elements for row in element.rows]
+        values = values_of([*a, *(forces[row] for row in rows)])
+    else:
+        formulas = [*mode.accelerations.values(), *(mode.forces.get(s, 0.0) for s in symbols)]
+        values = values_of([letters.number(formula, letters.values) for formula in formulas])
     held = "; ".join(mode.conditions)
     # of a single element its state says it
     words = mode.states.values() if len(mode.states) == 1 else sum(mode.states.items(), ())

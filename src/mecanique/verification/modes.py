@@ -263,6 +263,9 @@ class _Bench:
             label = ", ".join(mode.states.values())
             if len(mode.states) > 1:
                 label = _say(mode.states)
+            if mode.unsolved:
+                rows += self.compare_numbers([mode.states])[0]
+                continue
             if not mode.accelerations:
                 notes.append(f"{label}: not compared, rigid bodies do not determine its forces")
                 continue

@@ -142,13 +142,13 @@ def _derivations(
         return
     blocks = []
     for mode in modes.modes:
-        heading, formulas = mode.title, mode.write(MathML())
+        heading, lead, formulas = mode.title, mode.remark, mode.write(MathML())
         for formula in formulas[:-1]:
-            blocks.append(DerivationStep(heading, formula))
-            heading = ""
+            blocks.append(DerivationStep(heading, formula, lead=lead))
+            heading = lead = ""
         # conditions stand below the last of a mode's equations
         last, held = "".join(formulas[-1:]), tuple(mode.write_conditions(MathML()))
-        blocks.append(DerivationStep(heading, last, held=held))
+        blocks.append(DerivationStep(heading, last, lead=lead, held=held))
     yield ShownDerivation(title, tuple(blocks))
 
 
