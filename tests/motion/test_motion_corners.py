@@ -763,3 +763,19 @@ def test_a_program_that_differs_from_the_engine_is_not_used(
     right = program.rates
     program.rates = lambda t, y: np.asarray(right(t, y)) * (1 + 1e-6)
     assert not corners._agrees(program, 0.0, y)
+
+
+@pytest.mark.parametrize("order", ["AB", "BA"])
+def test_of_two_corners_in_a_step_the_first_is_passed_first(order: str) -> None:
+    """The second was resolved with the first that was named, at its time."""
+    places = {"A": 1.0, "B": 0.9999}
+    bodies = [mq.Body(name, mq.box(1.0, (0.1, 0.1, 0.1))) for name in "AB"]
+    slides = [mq.Prismatic(n, "ground", n, axis=(1, 0, 0), coordinate=f"x{n}") for n in "AB"]
+    stops = [mq.Stop(f"stop {n}", n, at=places[n], restitution=0.5) for n in order]
+    mechanism = mq.Mechanism(
+        "two", (mq.Body("ground"), *bodies), tuple(slides), switching=tuple(stops)
+    )
+    motion = mq.simulate(mechanism, v={"xA": 1.0, "xB": 1.0}, duration=3.0)
+    assert [event.name for event in motion.events] == ["stop B: impact", "stop A: impact"]
+    assert [event.t for event in motion.events] == pytest.approx([0.9999, 1.0], rel=1e-13, abs=0)
+    np.testing.assert_allclose(motion.q[-1], [0.0, -0.00015], rtol=0, atol=1e-13)

@@ -192,6 +192,17 @@ def test_balls_of_a_cradle_that_stay_together_strike_but_once(rtol: float) -> No
     assert [event.name for event in motion.events] == ["touch1: impact"]
 
 
+@pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-12])
+def test_a_slider_with_clearance_moves_on_at_any_tolerance(rtol: float) -> None:
+    """Its corners bounce in turn to below rounding, and one may leave while the other arrives."""
+    entry = mq.textbook.entry("clearance_slider_crank")
+    start, velocity = dict(entry.start), dict(entry.start_velocity)
+    motion = mq.simulate(entry.mechanism(), q=start, v=velocity, duration=0.05, rtol=rtol)
+    assert motion.t[-1] == 0.05
+    exact = move("clearance_slider_crank")(0.05)
+    np.testing.assert_allclose(motion.q[-1], exact.q, rtol=0, atol=100 * rtol + 1e-8)
+
+
 def test_a_block_rocks_as_housner_says() -> None:
     motion = move("rocking_block")
     first = [event for event in motion.events if event.t == motion.events[0].t]

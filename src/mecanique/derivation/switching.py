@@ -474,11 +474,8 @@ def _solve(laws: list[Any], unknowns: list[Any], known: dict[Any, Any]) -> dict[
     exact = DomainMatrix.from_Matrix(whole.xreplace(calls).xreplace(decimals)).to_field()
     # without fractions, whose common factors take nearly all of the time to find
     _, system = exact[:count, :].clear_denoms_rowwise(convert=True)
-    # numbers without letters are no polynomials
-    sizes = np.array(
-        [[len(x) if hasattr(x, "terms") else 1 for x in row] for row in system[:, :-1].to_list()]
-    )
-    if min(prod(map(int, sizes.sum(axis))) for axis in (0, 1)) > LONGEST_SYSTEM:
+    rows = [list(map(_count_terms, row)) for row in system[:, :-1].to_list()]
+    if min(prod(map(sum, lines)) for lines in (rows, zip(*rows, strict=True))) > LONGEST_SYSTEM:
         return None
     numerators, denominator = system[:, :-1].solve_den(system[:, -1:], method="charpoly")
     field = exact.domain
@@ -489,6 +486,11 @@ def _solve(laws: list[Any], unknowns: list[Any], known: dict[Any, Any]) -> dict[
     short = [_shorten(value.xreplace(back)) for value in values]
     short = [_write_decimals(value, everywhere=bool(decimals)) for value in short]
     return dict(zip([*unknowns, *known], short, strict=True))
+
+
+def _count_terms(entry: Any) -> int:
+    """Return the number of terms of a polynomial; without letters it is a number."""
+    return len(entry) if hasattr(entry, "terms") else 1
 
 
 def _write_decimals(value: Any, *, everywhere: bool) -> Any:

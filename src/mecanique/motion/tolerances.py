@@ -89,6 +89,9 @@ BEYOND_LIMIT = 1e-9
 IDLE = 1e-12
 """A row of constraints or contacts, in natural units, that no motion changes by more, is idle."""
 
+NOT_LEFT = 1e-6
+"""A quantity below this part of what it comes to, a look later, may be zero to rounding still."""
+
 SHORTEST_FLIGHT = 1e-9
 """Impacts closer together than this part of the duration are a lasting contact."""
 

@@ -37,7 +37,7 @@ from mecanique.motion.simulation.integrators.methods import (
 )
 from mecanique.motion.simulation.problem import Outcome, Problem
 from mecanique.motion.switching.holding import Holding
-from mecanique.motion.tolerances import AT_LIMIT, SHORTEST_FLIGHT, TINY
+from mecanique.motion.tolerances import AT_LIMIT, NOT_LEFT, SHORTEST_FLIGHT, TINY
 from mecanique.motion.trajectory import Trajectory
 
 
@@ -230,7 +230,7 @@ class Watcher:
         }
         self._before = self._measure(steps.t[-1], steps.y[-1])  # each quantity at the last step
         self._lift_margins()
-        self._halting: _Crossing | None = None
+        self._halting: list[_Crossing] = []  # those within the last look
         self.occurrences: list[Occurrence] = []  # at which it halted
         self._last_impact: dict[str, float] = {}
         self._next_report = problem.t0
@@ -276,14 +276,13 @@ class Watcher:
 
     def settle(self) -> Outcome | None:
         """Correct the last step: end it at an event or on the loops; return how all ends there."""
-        steps, crossing = self._steps, self._halting
-        self._halting = None
-        root = None if crossing is None else self._locate(crossing)
-        if crossing is None or root is None:
+        steps, first = self._steps, self._locate_first()
+        self._halting = []
+        if first is None:
             t = steps.t[-1]
             steps.end_at(t, self._problem.correct(t, steps.y[-1]), self._task.rhs)
             return None
-        t, y = root
+        crossing, (t, y) = first
         steps.end_at(t, y, self._task.rhs)
         event = self._events[crossing.which]
         if is_switch(event):
@@ -348,12 +347,13 @@ class Watcher:
                 high = t0 + x * h if x < 1 else t1
                 now = self._measure(high, y)
                 self._compare(now, low, high)
-                if self._halting is not None:
-                    event, corners = self._events[self._halting.which], self._problem.corners
-                    if not (corners and is_switch(event) and corners.turn(high, y, event)):
-                        return True
-                    self._halting, now = None, self._measure(high, y)
-                self._before, low = now, high
+                passed = list(self._halting)
+                self._halting = [c for c in passed if not self._passes_over(c.which, high, y)]
+                if self._halting:
+                    return True
+                self._before, low = self._measure(high, y) if passed else now, high
+                if passed:
+                    self._lift_margins()
         return False
 
     def _compare(self, now: list[float], low: float, high: float) -> None:
@@ -361,7 +361,26 @@ class Watcher:
             rising, falling = g0 < 0 <= g1, g0 > 0 >= g1
             if not ((rising and event.direction >= 0) or (falling and event.direction <= 0)):
                 continue
-            self._halting = self._halting or _Crossing(k, low, high, 1.0 if falling else -1.0)
+            self._halting.append(_Crossing(k, low, high, 1.0 if falling else -1.0))
+
+    def _passes_over(self, which: int, t: float, y: np.ndarray) -> bool:
+        event, corners = self._events[which], self._problem.corners
+        return corners is not None and is_switch(event) and corners.passes_over(t, y, event)
+
+    def _locate_first(self) -> tuple[_Crossing, tuple[float, np.ndarray]] | None:
+        """Return the first crossing of the last look, with its time and state."""
+        first: tuple[_Crossing, tuple[float, np.ndarray]] | None = None
+        for crossing in self._halting:
+            if first is not None:
+                t, y = first[1]
+                quantity = self._quantities[crossing.which]
+                if quantity(t, y[: self._nq], y[self._nq :]) * crossing.sign > 0:
+                    continue  # it passes later
+                crossing = crossing._replace(high=t)
+            root = self._locate(crossing)
+            if root is not None and (first is None or root[0] < first[1][0]):
+                first = crossing, root
+        return first
 
     def _locate(self, crossing: _Crossing) -> tuple[float, np.ndarray] | None:
         """Return when and where the quantity is zero, by integrating from the step before."""
@@ -381,15 +400,17 @@ class Watcher:
             y = state(t)
             return float(quantity(t, y[:nq], y[nq:]))
 
-        if not value(low) * sign > 0:
-            # just after an impact it is zero to rounding: find where it has left
+        begun = value(low) * sign
+        if not begun > NOT_LEFT * abs(value(high)):
+            # just after an impact it is zero to rounding, of either sign: find where it has left
             width = high - low
             for halvings in range(1, MAX_HALVINGS):
                 if value(low + width / 2**halvings) * sign > 0:
                     low += width / 2**halvings
                     break
             else:
-                return low, state(low)
+                if not begun > 0:
+                    return low, state(low)
         if value(high) * sign > 0:
             high = t1
             if value(high) * sign > 0:

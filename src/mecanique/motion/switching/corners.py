@@ -347,16 +347,21 @@ class Corners:
         touching = [self._is_touching(terms, k) for k in range(len(self.elements))]
         return self._change(t, y, touching, frozenset())
 
-    def turn(self, t: float, y: Array, event: Event) -> bool:
-        """Follow slip in space in another direction; return whether an event is no more than that.
+    def passes_over(self, t: float, y: Array, event: Event) -> bool:
+        """Return whether an event is no corner: slip in space turned, or bodies that part met.
 
-        The law takes the direction from the state: nothing jumps, and the time need not be exact.
+        The law takes the direction of slip from the state: nothing jumps, and the time need not be
+        exact. Bodies that part are still one within the other by the rounding of their gap.
         """
         assert isinstance(event.when, Margin), "events of corners are margins"
         k, which = event.when.index
         mode, v = self.mode(t), y[self._nq :]
         terms = self.rows.at(y[: self._nq], v, t)
-        if which == 0 or not self._is_turning(terms, k, v, mode[k]):
+        if which == 0:
+            row = self.elements[k].rows[0]
+            met = terms.gaps[row] < -LAST_BOUNCE * self.length
+            return mode[k].name == OPEN and not met and terms.rates[row] > self._still(terms, v)
+        if not self._is_turning(terms, k, v, mode[k]):
             return False
         self._times.append(t)
         self._modes.append(self.laws.along_slip(terms, mode))
@@ -431,10 +436,13 @@ class Corners:
             for k, element in enumerate(self.elements)
             if touching[k] and element.struck and terms.rates[element.rows[0]] < -still
         ]
-        rested: list[tuple[int, float]] = []
+
+        def follow() -> ModeSolution:
+            following = self.laws.follow(terms, touching, still, forbidden, self._ended)
+            return self._choose(following, t, y)
+
         if approaching:
             v = v + self._decide(t, y, lambda: self.laws.impact(terms, touching, still))
-            v, rested = self._rest(q, v, t, approaching, still)
             terms = self.rows.at(q, v, t)
             # times are found to 1e-13 s: what does not part would be left one within the other
             normals = [self.elements[k].rows[0] for k in approaching]
@@ -444,12 +452,16 @@ class Corners:
             occurrences.append(Occurrence(f"{names}: impact", t, q, before, v))
             still = self._still(terms, np.maximum(np.abs(before), np.abs(v)))
             self._ended = frozenset()
-        for k, later in rested:
-            occurrences.append(Occurrence(f"{self.elements[k].name}: rest", t + later, q, v, v))
-        solutions = self._decide(
-            t, y, lambda: self.laws.follow(terms, touching, still, forbidden, self._ended)
-        )
-        mode = self._choose(solutions, t, y)
+        solution = self._decide(t, y, follow)
+        if approaching and (ended := self._find_last_bounces(terms, solution, touching, still)):
+            # what touches stays together meanwhile
+            rows = self._list_rows(solution.mode) + [self.elements[k].rows[0] for k in ended]
+            v = v + _least_step(terms, rows, terms.rates[rows])
+            terms = self.rows.at(q, v, t)
+            for k, later in ended.items():
+                occurrences.append(Occurrence(f"{self.elements[k].name}: rest", t + later, q, v, v))
+            solution = self._decide(t, y, follow)
+        mode = solution.mode
         old = self._modes[-1] if self._modes else None
         y = self._project(t, np.concatenate([q, v]), mode)
         q, v = y[: self._nq], y[self._nq :]
@@ -475,9 +487,9 @@ class Corners:
         except UndecidedError as error:
             raise IntegrationError(f"{error}, at t = {t:.9g} s", time=t, state=y) from error
 
-    def _choose(self, solutions: list[ModeSolution], t: float, y: Array) -> Mode:
+    def _choose(self, solutions: list[ModeSolution], t: float, y: Array) -> ModeSolution:
         if len(solutions) == 1:
-            return solutions[0].mode
+            return solutions[0]
         message = (
             f"no mode follows at t = {t:.9g} s: Coulomb's friction of rigid bodies has no "
             "solution here (Painlevé); make a body or a contact elastic, or lower the friction"
@@ -495,38 +507,26 @@ class Corners:
         pairs = zip(self.elements, mode, strict=True)
         return ", ".join(f"{element.name} {state.name}" for element, state in pairs)
 
-    def _rest(
-        self, q: Array, v: Array, t: float, impacting: list[int], still: float
-    ) -> tuple[Array, list[tuple[int, float]]]:
-        """Return the velocities without those of contacts whose bounces are over, and these.
+    def _find_last_bounces(
+        self, terms: Terms, solution: ModeSolution, touching: list[bool], still: float
+    ) -> dict[int, float]:
+        """Return the contacts whose bounces are over, with the time that the rest of these takes.
 
-        Bounces accumulate (chattering, after Zeno). With each contact comes the time that the rest
-        of its bounces takes: a bounce at speed u takes 2 u/g and the next e times that, together
-        2 u/(g (1 − e)).
+        Bounces accumulate (chattering, after Zeno): a bounce at speed u takes 2 u/g and the next e
+        times that, together 2 u/(g (1 − e)).
         """
-        terms = self.rows.at(q, v, t)
-        # while all is apart, joints rub as they did before
-        sticking = tuple(ElementState(STICKS) for _ in self.elements)
-        apart = tuple(
-            ElementState(OPEN) if element.normal is not None else state
-            for element, state in zip(
-                self.elements, self._modes[-1] if self._modes else sticking, strict=True
-            )
-        )
-        solution = self.laws.solve(terms, apart)
-        if solution is None:
-            return v, []
         growth = terms.jacobian @ solution.a + terms.gamma
-        ended: list[tuple[int, float]] = []
-        for k in impacting:
-            row, e = self.elements[k].rows[0], self.elements[k].restitution
+        ended: dict[int, float] = {}
+        for k, element in enumerate(self.elements):
+            if not (touching[k] and element.struck):
+                continue
+            row, e = element.rows[0], element.restitution
             speed, fall = float(terms.rates[row]), -float(growth[row])
-            if not (0 < e < 1 and speed > still and fall > 0):
+            if not (e < 1 and speed > still and fall > 0):
                 continue
             if speed**2 / (2 * fall) <= LAST_BOUNCE * self.length:
-                ended.append((k, 2 * speed / (fall * (1 - e))))
-        rows = [self.elements[k].rows[0] for k, _ in ended]
-        return (v + _least_step(terms, rows, terms.rates[rows]) if rows else v), ended
+                ended[k] = 2 * speed / (fall * (1 - e))
+        return ended
 
     # afterwards ---------------------------------------------------------------------------------
 
