@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -228,3 +229,32 @@ def test_a_unit_in_a_wrong_answer_is_no_part_of_the_state(name: str, text: str) 
     assert judgement.outcome == "wrong"
     assert judgement.at is not None
     assert not any(letter.startswith("[") for letter in judgement.at)
+
+
+def bar_in_numbers(**options: object) -> mq.Mechanism:
+    """A bar of 3 kg and 2 m under 10 m/s², all of them numbers."""
+    return mq.Mechanism(
+        "bar",
+        (mq.Body("ground"), mq.Body("bar", mq.rod(3.0, 2.0, (0, 0, -1)))),
+        (mq.Revolute("pin", "ground", "bar", axis=(0, -1, 0), coordinate="q"),),
+        gravity=(0.0, 0.0, -10.0),
+        **options,  # type: ignore[arg-type]  # of a mechanism
+    )
+
+
+def test_numbers_may_stand_for_quantities_where_a_mechanism_has_no_letters() -> None:
+    """4 and 30 are kg·m² and N·m here, and 2 in sin(2 t) is in rad/s."""
+    assert mq.check(bar_in_numbers(), "4 q'' + 30 sin(q) = 0").right
+    assert not mq.check(bar_in_numbers(), "4 q'' + 30 q = 0").right
+    push = mq.JointForce("drive", "pin", 6 * mq.sin(2 * mq.time()))
+    driven = bar_in_numbers(forces=(push,))
+    assert mq.check(driven, "2 q'' + 15 sin(q) - 3 sin(2 t) = 0").right
+
+
+def test_a_number_in_a_law_of_time_has_a_unit_beside_letters_too() -> None:
+    cart = mq.textbook.load("cart_pole")
+    push = mq.JointForce("shaker", "slide", mq.sin(2 * mq.time()))
+    shaken = replace(cart, forces=(*cart.forces, push))
+    right = "(M + m) x'' + m l cos(q) q'' - m l sin(q) q'^2 + c x' = F + sin(2 t)"
+    assert mq.check(shaken, f"{right}; cos(q) x'' + l q'' + g sin(q) = 0").right
+    assert "units" in str(mq.check(cart, "(M + m) x'' + m l cos(q) q'' + c x' = F + 2 l q^2"))

@@ -78,3 +78,37 @@ def test_what_is_pushed_on_its_way_is_cut_free() -> None:
     assert "0 = -3 x - R_z_x" in lines
     assert "along_y has no mass, and nothing else acts there: y and z together join" in lines
     assert mq.verify(held, samples=5).agrees
+
+
+def followers(b: float, c: float) -> mq.Mechanism:
+    """Three bars in a chain, of which the others follow the first by ratios b and c."""
+    q, seat = mq.coordinate("a"), mq.Placement((0.0, 0.0, 0.2))
+    chain = ("ground", "first", "second", "third")
+    return mq.Mechanism(
+        "followers",
+        (mq.Body("ground"), *(mq.Body(name, mq.rod(2.0, 0.3)) for name in chain[1:])),
+        tuple(
+            mq.Revolute(
+                f"j{k}", *chain[k : k + 2], axis=(0, 1, 0), coordinate="abc"[k], origin=seat
+            )
+            for k in range(3)
+        ),
+        coordinates=mq.Coordinates((), {"b": b * q, "c": c * q}),
+    )
+
+
+@pytest.mark.parametrize(("b", "c"), [(0.3, 0.25), (1.5, -2 / 3), (2.37, 1.0)])
+def test_joints_that_follow_by_fractions_have_a_closed_form(b: float, c: float) -> None:
+    """0.3 a and a/4 are multiples of a/20; whichever came first, the other was refused."""
+    mechanism = followers(b, c)
+    verdict = mq.verify(mechanism, samples=5)
+    assert verdict.agrees
+    assert "closed form" in verdict.table[0]
+    assert mq.check(mechanism, mq.derive(mechanism).text()).right
+
+
+def test_ratios_with_many_digits_are_refused_in_few() -> None:
+    equations = mq.derive(followers(0.123456789, 1.0))
+    assert not equations.symbolic
+    assert "0.123457 × a, of which 1 × occurs: " in equations.why_not
+    assert "round the ratios of the angles" in equations.why_not

@@ -368,9 +368,7 @@ def test_refusals_say_what_is_wrong() -> None:
     ):
         sin(sin(Q1))
     cos(Q2)
-    with pytest.raises(
-        DerivationError, match=r"sine or cosine of 1/2 × an angle that already occurs as q2"
-    ):
+    with pytest.raises(DerivationError, match=r"sine or cosine of 0\.5 × q2, of which 1 × occurs"):
         cos(Q2 / 2)
     with pytest.raises(DerivationError, match="square root of a positive series, got sqrt"):
         sqrt(-M)

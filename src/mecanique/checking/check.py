@@ -36,6 +36,7 @@ from mecanique.checking.verdict import Check, Line, Mistake, Outcome
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.errors import FormulaError, InputError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.homogeneity import hides_units
 from mecanique.model.units import say_unit
 
 _STRETCHED = 1e-6
@@ -128,7 +129,8 @@ class Checker:
         self._asked: dict[tuple[str, frozenset[str] | None], AskedQuantity] = {}
         self._proofs: dict[str, Proof] = {}
         self.factors = CommonFactors(self.truth)
-        self.search = Search(self.truth, KnownLetters.of(mechanism), bool(self._given))
+        with_numbers = bool(self._given) or hides_units(mechanism)
+        self.search = Search(self.truth, KnownLetters.of(mechanism), with_numbers)
 
     def check(
         self,

@@ -542,9 +542,9 @@ class Ring:
         count = multiple / self.angles[index].unit
         if count.denominator != 1 or abs(count) > REACH:
             raise DerivationError(
-                f"sine or cosine of {multiple} × an angle that already occurs as "
-                f"{self.angles[index].argument}: expected integer multiples; take the smallest "
-                "angle as the coordinate, or use the numeric derivation"
+                f"sine or cosine of {float(multiple):.6g} × {self.monomial(monomial)}, of which "
+                f"{float(self.angles[index].unit):.6g} × occurs: expected integer multiples of "
+                f"at most {REACH}; round the ratios of the angles, or use the numeric derivation"
             )
         return power(index, int(count))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import cached_property
@@ -14,6 +15,7 @@ from mecanique.derivation.numeric.newton_euler import refuse_misfits
 from mecanique.derivation.scalars.elementary import sqrt
 from mecanique.derivation.scalars.evaluation import evaluate as value_of
 from mecanique.derivation.scalars.functions import function_without_arcs
+from mecanique.derivation.scalars.polynomials import REACH
 from mecanique.derivation.scalars.series import FOLLOWER, Ring, Series
 from mecanique.derivation.tree.links import links
 from mecanique.derivation.tree.poses import (
@@ -72,7 +74,20 @@ class Algebra:
         values["t"] = ring.time
         self.values: dict[str, Any] = joint_values(mechanism, values, self.arithmetic)
         """Each parameter, input, generalized or joint coordinate, velocity and t, by name."""
+        self._share_angles()
         self._name_angles()
+
+    def _share_angles(self) -> None:
+        """Adjoin the angles that joints turn by multiples of: q/20 for joints at 0.3 q and q/4."""
+        units: dict[int, int] = {}
+        for link in links(self.mechanism):
+            angle = self.values.get(link.coordinates[0]) if link.kind == "turn" else None
+            if isinstance(angle, Series) and angle.parts.keys() <= {0}:
+                for _, monomial, multiple in angle.terms():
+                    units[monomial] = math.lcm(units.get(monomial, 1), multiple.denominator)
+        for monomial, unit in units.items():
+            if monomial and 1 < unit <= REACH:
+                self.ring.angle(monomial, Fraction(1, unit))
 
     def _name_angles(self) -> None:
         """Name joint angles that swing, such as B cos(W t), so that they have sine and cosine."""

@@ -51,6 +51,18 @@ def find_mismatches(m: Description) -> list[str]:
     return [*mismatches, *_sums(m, dimensions)]
 
 
+def hides_units(m: Description) -> bool:
+    """Return whether numbers stand for quantities with units: all of them, or 2 in cos(2 t)."""
+    from sympy import preorder_traversal
+
+    dimensions = dimensions_of(m)
+    laws = [x for force in m.forces for x in force.scalars]
+    laws += [*m.coordinates.driven.values(), *(signal.signal for signal in m.inputs)]
+    timed = (law for law in laws if not callable(law) and "t" in symbols_in(law))
+    parts = (part for law in timed for part in preorder_traversal(law) if "t" in symbols_in(part))
+    return not dimensions.declared or any(dimensions.of(part) is None for part in parts)
+
+
 def dimensions_of(m: Description) -> Dimensions:
     """Return the dimensions of a mechanism's letters: parameters, inputs, q, v and t.
 
