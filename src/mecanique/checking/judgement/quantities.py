@@ -200,19 +200,17 @@ class _Asked:
         parting = self._part_wheels(derivation)
         known = {**self._sample.values, **parting}
         here = SeriesValues(derivation, known, self._sample.count)
-        reactions, components = {}, list(parting.values())
-        for letter, series in derivation.reactions.items():
-            try:
-                components.append(here(series))
-            except UnknownNameError:
-                continue  # it depends on a force that the equations leave open
-            reactions[letter] = series
-        open_ones = sorted(derivation.reactions.keys() - reactions.keys())
-        notes = (f"undetermined: {', '.join(open_ones)}",) if open_ones else ()
+        reactions = derivation.reactions
+        components = [*parting.values(), *map(here, reactions.values())]
         multipliers = [letter for letter in self._truth.multipliers if letter not in reactions]
         components += [self._sample.values[letter] for letter in multipliers]
         values = np.stack(components) if components else np.zeros((0, self._sample.count))
         letters = (*parting, *reactions, *multipliers)
+        if not letters:
+            raise InputError(
+                f"no joint or constraint of {self._truth.mechanism.name!r} transmits a force that "
+                "the equations determine; ask for its equation of motion"
+            )
         needed = tuple(filter(None, what.split(", ")))
         if unknown := sorted({*needed} - {*letters}):
             raise UnknownNameError("reaction", unknown[0], letters)
@@ -223,7 +221,6 @@ class _Asked:
             values,
             series=reactions,
             derivation=derivation,
-            notes=notes,
             needed=needed,
         )
 
