@@ -31,6 +31,7 @@ from mecanique.derivation.printing.trigforms import (
     common_measure,
     common_monomial,
     find_shared_powers,
+    halve_angles,
     monomials_in,
     rescale,
     shortest,
@@ -116,7 +117,7 @@ def _find_common_denominator(polynomials: list[Series]) -> int:
 def collect_terms(form: Form, *, kept: bool = False) -> list[Product]:
     """Return the terms of a form, merging those that share a sine, cosine or sum of parameters."""
     terms: list[Product] = []
-    form = _halve_angles(form)
+    form = halve_angles(form)
     while form:
         factor, members = _choose_shared(form)
         if factor is None:
@@ -142,26 +143,6 @@ def collect_terms(form: Form, *, kept: bool = False) -> list[Product]:
         else:
             terms.append(multiply(_factor_sum(whole), factor_out(members_of)))
     return terms
-
-
-def _halve_angles(form: Form) -> Form:
-    """Write P + P cos 2φ as 2 P cos²φ, and P − P cos 2φ as 2 P sin²φ."""
-    constant = form.get(())
-    for trig, part in form.items():
-        if constant is None or len(trig) != 1:
-            continue
-        ((angle, sine, e),) = trig
-        if sine or e > 1 or any(k % 2 for _, k in exponents(angle)):
-            continue
-        for wave, sign in ((0, 1), (1, -1)):
-            rest = constant - sign * part
-            if len(rest) + len(part) == len(constant):
-                halved = {t: p for t, p in form.items() if t not in ((), trig)}
-                if rest:
-                    halved[()] = rest
-                halved[((angle >> 1, wave, 2),)] = 2 * sign * part
-                return _halve_angles(halved)
-    return form
 
 
 def _write_unit_term(unit: Series, trig: Trig) -> Product:

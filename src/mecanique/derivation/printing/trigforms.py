@@ -51,6 +51,26 @@ def has_double_angles(series: Series) -> bool:
     return any(_halvable(trig >> 1) for trig in series.parts)
 
 
+def halve_angles(form: Form) -> Form:
+    """Write P + P cos 2φ as 2 P cos²φ, and P − P cos 2φ as 2 P sin²φ."""
+    constant = form.get(())
+    for trig, part in form.items():
+        if constant is None or len(trig) != 1:
+            continue
+        ((angle, sine, e),) = trig
+        if sine or e > 1 or any(k % 2 for _, k in exponents(angle)):
+            continue
+        for wave, sign in ((0, 1), (1, -1)):
+            rest = constant - sign * part
+            if len(rest) + len(part) == len(constant):
+                halved = {t: p for t, p in form.items() if t not in ((), trig)}
+                if rest:
+                    halved[()] = rest
+                halved[((angle >> 1, wave, 2),)] = 2 * sign * part
+                return halve_angles(halved)
+    return form
+
+
 def content(forms: Iterable[Form]) -> Series:
     """Return the greatest rational × monomial of parameters that divides all polynomials."""
     polynomials = [p for form in forms for p in form.values()]
