@@ -12,6 +12,7 @@ from systems import derive_system
 import mecanique as mq
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
+from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import SymbolicWrench
 
 NEWTON_EULER, VIRTUAL_WORK = "newton_euler", "virtual_work"
@@ -181,3 +182,12 @@ def test_the_engine_finds_the_same_forces_in_every_joint(name: str) -> None:
             theirs = [*given.force, *given.moment]
             scale = max(1.0, float(np.abs(theirs).max()))
             assert np.abs(np.subtract(ours, theirs)).max() < 1e-9 * scale, cut.joint.name
+
+
+def test_equal_lengths_are_not_taken_for_one_where_reactions_are_sought() -> None:
+    """Two lengths of 1 m are two letters, and may differ."""
+    arm = mq.textbook.load("double_pendulum")
+    assert arm.values["l1"] == arm.values["l2"]
+    values = Algebra(arm).generic
+    assert values["l1"] != values["l2"]
+    assert all(values.values())

@@ -156,7 +156,10 @@ class Algebra:
         mechanism = self.mechanism
         random, length = np.random.default_rng(0), characteristic_length(mechanism)
         (q,) = draw_positions(mechanism, 1, random, length).tolist()
-        given = {name: value or 0.1 for name, value in mechanism.values.items()}
+        given = {
+            name: (value or 0.1) * random.uniform(1.0, 1.1)
+            for name, value in mechanism.values.items()
+        }
         given |= {"t": 0.3, **dict.fromkeys((s.symbol for s in mechanism.inputs), 0.2)}
         return given | dict(zip(mechanism.coordinates, q, strict=True))
 
