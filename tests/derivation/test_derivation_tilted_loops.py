@@ -217,3 +217,16 @@ def test_a_hundred_tilts_offsets_and_sizes_of_each_loop(kind: str) -> None:
         if seed % 5 == 0:  # these take ten times as long
             assert mq.verify(mechanism, samples=3, seed=seed).agrees, seed
             assert mq.reduce_loops(mechanism, "phi").compare(samples=20) < 1e-9, seed
+
+
+@pytest.mark.parametrize("kind", ["hinge", "distance"])
+def test_code_of_loops_is_judged_by_what_their_distance_from_the_origin_leaves(kind: str) -> None:
+    """Positions 3,000 lengths away are known to 3,000 ε, and so are the accelerations."""
+    excused = {}
+    for offset in (0.0, 3e3):
+        mechanism = linkage(kind, offset=(offset, -offset, offset / 2))
+        verdict = mq.generate(mq.derive(mechanism), "python", samples=30).verdict
+        excused[offset] = verdict.rounded["acceleration"]
+        assert verdict.worst["acceleration"] <= excused[offset]
+    assert excused[0.0] < 1e-11
+    assert 1e-11 < excused[3e3] < 1e-8
