@@ -226,6 +226,7 @@ def test_code_of_loops_is_judged_by_what_their_distance_from_the_origin_leaves(k
     for offset in (0.0, 3e3):
         mechanism = linkage(kind, offset=(offset, -offset, offset / 2))
         verdict = mq.generate(mq.derive(mechanism), "python", samples=30).verdict
+        assert verdict is not None
         excused[offset] = verdict.rounded["acceleration"]
         assert verdict.worst["acceleration"] <= excused[offset]
     assert excused[0.0] < 1e-11
