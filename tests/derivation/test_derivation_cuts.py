@@ -62,8 +62,8 @@ def test_bodies_without_mass_are_joined_to_one_joint() -> None:
     for method in (NEWTON_EULER, VIRTUAL_WORK):
         said = said_in("heavy_top", method)
         assert (
-            "precessing and tilted have no mass, and nothing else acts there: phi, theta and psi "
-            "together join top to ground."
+            "precessing and tilted have no mass, and nothing else acts there: the joints phi, "
+            "theta and psi together join top to ground."
         ) in said
         assert "Free body tilted" not in said
         assert "Equilibrium of tilted" not in said

@@ -76,7 +76,10 @@ def test_what_is_pushed_on_its_way_is_cut_free() -> None:
     held = replace(particle, forces=(coil,))
     lines = mq.derive(held, NEWTON_EULER).text(steps=True)
     assert "0 = -3 x - R_z_x" in lines
-    assert "along_y has no mass, and nothing else acts there: y and z together join" in lines
+    assert (
+        "along_y has no mass, and nothing else acts there: the joints y and z together join"
+        in lines
+    )
     assert mq.verify(held, samples=5).agrees
 
 

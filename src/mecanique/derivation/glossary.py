@@ -97,6 +97,7 @@ _FOUND = {
     "I": ("moments of inertia about the center of mass", "kg·m²"),
     "H": ("angular momentum", "kg·m²/s"),
     "omega": ("angular velocity", "rad/s"),
+    "Omega": ("angular velocity of the axes", "rad/s"),
     "F": ("force", "N"),
     "C": ("couple", "N·m"),
     "f": ("inertia force per length", "N/m"),

@@ -434,7 +434,7 @@ class FreeBodies:
         have = "has" if len(leaders) == 1 else "have"
         return (
             f"{enumerate_words(leaders)} {have} no mass, and nothing else acts there: "
-            f"{enumerate_words(joints)} together join {cut.body} to {self.holder(cut)}. "
+            f"the joints {enumerate_words(joints)} together join {cut.body} to {self.holder(cut)}. "
         )
 
     def is_guided(self, cut: Cut) -> bool:

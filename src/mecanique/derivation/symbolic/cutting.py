@@ -112,7 +112,8 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
             f"R_{pin}_n is positive toward {pin}, opposite to n, and R_{pin}_t along t. Moments "
             "are positive in the sense of the angle."
         )
-        return Axes(rows, ("n", "t", "k"), (-1, 1, 1), rows, ("n", "t", ""), sentence)
+        names, turning = ("n", "t", "k"), dict.fromkeys(_KINDS, body)
+        return Axes(rows, names, (-1, 1, 1), rows, ("n", "t", ""), sentence, turning)
     at = int(np.abs(normal).argmax())
     sign = 1 if normal[at] > 0 else -1
     about = [sign * entry for entry in _UNITS[at]]
@@ -122,7 +123,7 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
         return Axes(_UNITS, _LABELS, (1, 1, 1), _UNITS, _LABELS, sentence)
     pivot, rows, whose = _find_pivot(kinematics, body), [*map(list, _UNITS)], "the world"
     if pivot >= 0 and kinematics.tree[pivot].kind == "slide" and not kinematics.stands(pivot):
-        rows, whose = kinematics.axes(pivot, body), _name_axes(kinematics, pivot)
+        rows, whose = kinematics.axes(pivot, body), kinematics.name_axes(pivot)
         at = next(
             k for k, row in enumerate(rows) if not any(cross(lift(ring, row), lift(ring, about)))
         )
@@ -142,20 +143,18 @@ def _axes_in_space(kinematics: Kinematics, body: str) -> Axes:
     # axis of symmetry without changing its moments of inertia: axes before these turns are shorter
     place = kinematics.place[body]
     rows = turns = transpose(kinematics.turn(place))
-    whose = whose_turns = _name_axes(kinematics, place)
+    whose = whose_turns = kinematics.name_axes(place)
     constant = ""
     joints = kinematics.algebra.mechanism.joints
     if kinematics.algebra.mechanism.body(body).mass != 0 and all(j.parent != body for j in joints):
-        link, center = kinematics.tree[place], _find_pivot(kinematics, body)
+        center = _find_pivot(kinematics, body)
         if center != place:
-            rows, whose = kinematics.axes(center, body), _name_axes(kinematics, center)
-        if link.kind == "turn" and _is_symmetric(kinematics, body, link.axis):
-            turns = transpose(kinematics.turn_before(place))
-            whose_turns = f"the frame of joint {link.joint}"
-            if turns == transpose(kinematics.turn(link.parent)):
-                whose_turns = _name_axes(kinematics, link.parent)
+            rows, whose = kinematics.axes(center, body), kinematics.name_axes(center)
+        turns, whose_turns, symmetric = kinematics.spin_axes(body)
+        if symmetric:
+            axis = kinematics.tree[place].joint
             constant = (
-                f", which do not spin with {body}: it is symmetric about the axis of {link.joint}, "
+                f", which do not spin with {body}: it is symmetric about the axis of {axis}, "
                 "so that its moments of inertia are constant in them too"
             )
     said = f"x, y and z are the axes of {whose}"
@@ -174,14 +173,6 @@ def _axes_in_space(kinematics: Kinematics, body: str) -> Axes:
     )
 
 
-def _name_axes(kinematics: Kinematics, place: int) -> str:
-    """Name the body whose axes a link's are, or the world."""
-    if kinematics.stands(place):
-        return "the world"
-    link = kinematics.tree[place]
-    return link.body or f"the link within {link.joint}"
-
-
 def _find_pivot(kinematics: Kinematics, body: str) -> int:
     """Return the first link, −1 for the ground, in whose axes a body's center of mass is fixed."""
     place, algebra = kinematics.place[body], kinematics.algebra
@@ -194,16 +185,6 @@ def _find_pivot(kinematics: Kinematics, body: str) -> int:
         at = [*map(algebra.lift, times_point(kinematics.origin_of(link), at))]
         place = link.parent
     return place
-
-
-def _is_symmetric(kinematics: Kinematics, body: str, axis: Sequence[float]) -> bool:
-    """Return whether a body's mass lies alike about an axis of its frame, through its origin."""
-    if sorted(map(abs, axis)) != [0, 0, 1]:
-        return False
-    J, k = kinematics.moments(body), [*map(abs, axis)].index(1)
-    i, j = (k + 1) % 3, (k + 2) % 3
-    unlike = (J[i][i] - J[j][j], J[i][j], J[i][k], J[j][k], J[i][3], J[j][3])
-    return all(kinematics.algebra.lift(entry).vanishes() for entry in unlike)
 
 
 def normal_of(kinematics: Kinematics) -> np.ndarray | None:
@@ -447,28 +428,33 @@ def say_zeros(zeros: Sequence[tuple[str, bool]]) -> str:
     return f"Components that are not listed are zero: {'; '.join(reasons)}."
 
 
-def state_momentum_balance(cut: Cut, moving: bool) -> str:
+def state_momentum_balance(cut: Cut, moving: bool, turning: bool) -> str:
     """Return the sentence that introduces the balance of forces of a body."""
     if moving:
+        rate = (
+            " As the axes turn with the angular velocity Ω, a is the rate of the components of v "
+            "plus Ω × v."
+        )
         return (
-            "Mass times the acceleration a of the center of mass equals the resultant force. "
-            "Listed are the position r of that center in the axes of the world, the components of "
-            "its velocity v and acceleration a, and then both sides in components."
+            "Mass times the acceleration a of the center of mass equals the resultant force."
+            f"{rate if turning else ''} Listed are {'Ω, ' if turning else ''}the position r of "
+            "that center in the axes of the world, the components of its velocity v and "
+            "acceleration a, and then both sides in components."
         )
     if cut.mass:
         return "Its center of mass does not move, so the forces on it are in balance."
     return "It has no mass, so the forces on it are in balance."
 
 
-def state_moment_balance(cut: Cut) -> str:
+def state_moment_balance(cut: Cut, spinning: bool, turning: bool) -> str:
     """Return the sentence that introduces the balance of moments of a body."""
-    what = "Moments balance"
-    if cut.mass:
-        what = "The rate of the angular momentum H equals the resultant moment"
+    what = "The moments are in balance, all"
+    if spinning:
+        what = "The rate of the angular momentum H equals the resultant moment, both"
     moved = ""
     if cut.fixed:
-        point = f"{cut.joint.name}, a fixed point"
-        if cut.mass and any(cut.center):
+        point = f"the joint {cut.joint.name}, a fixed point"
+        if spinning and any(cut.center):
             moved = (
                 " About it the moments of inertia are larger by m d² than about the center of "
                 "mass, in the distance d (Steiner)."
@@ -476,8 +462,13 @@ def state_moment_balance(cut: Cut) -> str:
     elif cut.mass:
         point = "its center of mass"
     else:
-        point = f"{cut.joint.name}; without mass any point serves"
-    return f"{what}, both about {point}.{moved}"
+        point = f"the joint {cut.joint.name}; without mass any point serves"
+    if turning:
+        moved += (
+            " As the axes turn with the angular velocity Ω, that rate is the rate of the "
+            "components of H plus Ω × H."
+        )
+    return f"{what} about {point}.{moved}"
 
 
 def explain_guides(guides: Sequence[Guide]) -> str:

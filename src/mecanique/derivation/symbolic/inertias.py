@@ -24,7 +24,7 @@ def inertia_stages(kinematics: Kinematics) -> list[Stage]:
             results.append(Result(Left(f"m_{name}"), mass))
             center = [tidy(algebra.series(part)) for part in body.center]
             results += list_components(f"c_{name}", "xyz", center)
-        moments = [*_list_moments(kinematics, name)]
+        moments = [*list_moments(kinematics, name)]
         results += moments
         if moments:
             turning.append(body)
@@ -38,12 +38,15 @@ def inertia_stages(kinematics: Kinematics) -> list[Stage]:
         )
     what = "its mass m, the position c of its center of mass in its own frame"
     if told:
-        what += ", and the moments of inertia I about that center, along the axes it turns about"
+        what += (
+            ", and the moments of inertia I about that center, along the axes of that frame that "
+            "it turns about"
+        )
     title = "Masses and moments of inertia" if told else "Masses"
     return [Stage(title, f"Of each body: {what}. {told}".rstrip(), (*results,))]
 
 
-def _list_moments(kinematics: Kinematics, name: str) -> Iterator[Result]:
+def list_moments(kinematics: Kinematics, name: str) -> Iterator[Result]:
     """Yield the moments of inertia of a body about the axes of its frame that it turns about."""
     algebra = kinematics.algebra
     turn = kinematics.turn(kinematics.place[name])

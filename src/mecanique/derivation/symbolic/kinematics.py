@@ -17,7 +17,7 @@ from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import TIMED, Kind, Series
 from mecanique.derivation.symbolic.derivation import Left, Result, Stage, list_components
 from mecanique.derivation.symbolic.symbols import Algebra
-from mecanique.derivation.symbolic.vectors import SymbolicWrench, Vector, lift, zero
+from mecanique.derivation.symbolic.vectors import SymbolicWrench, Vector, along, lift, zero
 from mecanique.derivation.tree.links import Link, links, place_of
 from mecanique.derivation.tree.poses import (
     IDENTITY,
@@ -35,6 +35,7 @@ from mecanique.errors import DerivationError
 from mecanique.model.expression import Scalar
 from mecanique.model.force_base import LineLoad
 from mecanique.model.mechanism import Mechanism
+from mecanique.wording import enumerate_words
 
 ORIGIN = (0, 0, 0)
 """The origin of a body's frame."""
@@ -125,12 +126,20 @@ class Kinematics:
 
     def spin(self, body: str) -> Vector:
         """Return the angular velocity of a body in its carrier's axes [rad/s]."""
-        place, ring = self.place[body], self.algebra.ring
+        place = self.place[body]
         if place < 0:
-            return zero(ring)
-        turn, rate = self._relative[place], self.rate(body)
+            return zero(self.algebra.ring)
+        return self._turning(self.rate(body), self._relative[place])
+
+    def turning(self, axes: Sequence[Sequence[Any]], carrier: int) -> Vector:
+        """Return the angular velocity of axes, a row each, given like it in those of a carrier."""
+        rates = [[*self.change(lift(self.algebra.ring, axis), carrier)] for axis in axes]
+        return self._turning(transpose(rates), transpose(axes)).tidy()
+
+    def _turning(self, rate: Matrix, turn: Matrix) -> Vector:
+        """Return the angular velocity of a rotation K from its rate, that of ω̂ = K' Kᵀ."""
         pairs = ((2, 1), (0, 2), (1, 0))
-        return lift(ring, [combination(rate[i][:3], turn[k][:3]) for i, k in pairs])
+        return lift(self.algebra.ring, [combination(rate[i][:3], turn[k][:3]) for i, k in pairs])
 
     def twist(self, body: str) -> SymbolicWrench:
         """Return the velocity of a body's origin and its spin, in its carrier's axes."""
@@ -211,6 +220,35 @@ class Kinematics:
         """Return the axes of a link before its own joint turns it, in those of its carrier."""
         link = self.tree[place]
         return [row[:3] for row in product(self._pose(link.parent), self.origin_of(link))]
+
+    def spin_axes(self, body: str) -> tuple[Matrix, str, bool]:
+        """Return axes, a row each, in which a body's moments of inertia are those it is given."""
+        # Its own or, about a hinge along an axis of symmetry, those that do not spin with it; also
+        # return whose they are, and whether they are the latter
+        place = self.place[body]
+        link = self.tree[place]
+        if link.kind != "turn" or not self._is_symmetric(body, link.axis):
+            return transpose(self.turn(place)), self.name_axes(place), False
+        axes = transpose(self.turn_before(place))
+        if axes == transpose(self.turn(link.parent)):
+            return axes, self.name_axes(link.parent), True
+        return axes, f"the frame of joint {link.joint}", True
+
+    def _is_symmetric(self, body: str, axis: Sequence[float]) -> bool:
+        """Return whether a body's mass lies alike about an axis through its origin."""
+        if sorted(map(abs, axis)) != [0, 0, 1]:
+            return False
+        J, k = self.moments(body), [*map(abs, axis)].index(1)
+        i, j = (k + 1) % 3, (k + 2) % 3
+        unlike = (J[i][i] - J[j][j], J[i][j], J[i][k], J[j][k], J[i][3], J[j][3])
+        return all(self.algebra.lift(entry).vanishes() for entry in unlike)
+
+    def name_axes(self, place: int) -> str:
+        """Name the body whose axes a link's are, or the world."""
+        if self.stands(place):
+            return "the world"
+        link = self.tree[place]
+        return link.body or f"the link within {link.joint}"
 
     def origin_of(self, link: Link) -> Matrix:
         """Return the pose of a link's frame in its parent, before its own joint moves it."""
@@ -304,6 +342,7 @@ def quaternion_stages(algebra: Algebra) -> list[Stage]:
 def geometry_stages(kinematics: Kinematics) -> list[Stage]:
     """Return the step from the coordinates to the velocities of all bodies."""
     mechanism, results = kinematics.algebra.mechanism, list[Result]()
+    turned: dict[str, list[str]] = {}
     for body in kinematics.bodies:
         given = mechanism.body(body)
         vectors = {}
@@ -311,18 +350,35 @@ def geometry_stages(kinematics: Kinematics) -> list[Stage]:
             vectors["r"] = kinematics.point(body, given.center)
             vectors["v"] = kinematics.velocity(body, given.center)
         if any(entry != 0 for entry in given.inertia):
-            vectors["omega"] = kinematics.spin(body)
+            spin = kinematics.spin(body).tidy()
+            axes, whose, fixed = kinematics.spin_axes(body)
+            vectors["omega"] = along(axes, spin)
+            if vectors["omega"] != spin:
+                where = f"those of {whose}, which do not spin with {body}"
+                turned.setdefault(where if fixed else "", []).append(body)
         for letter, vector in vectors.items():
             results += list_components(f"{letter}_{body}", "xyz", vector.tidy())
     if not results or sum(len(result.right) for result in results) > MOST_LISTED:
         return []
+    names = [str(result.left.quantity) for result in results if isinstance(result.left, Left)]
+    turns = any(name.startswith("omega_") for name in names)
     sentence = (
         "The poses of the bodies as functions of the coordinates give the position r of each "
-        "center of mass; its rate is the velocity v, and the rates of the axes give the angular "
-        "velocity omega. Components along x, y and z of the world that are not listed are zero."
+        "center of mass; its rate is the velocity v"
+        + (", and the rates of the axes give the angular velocity omega" if turns else "")
+        + ". Components along x, y and z of the world that are not listed are zero."
     )
     if any(joint.quaternion for joint in mechanism.joints):
         sentence += (
             " Velocities of a body that rotates freely, and of bodies it carries, are in its axes."
+        )
+    if turned:
+        places = []
+        for where, bodies in turned.items():
+            own = "its own" if len(bodies) == 1 else "their own"
+            places.append(f"for {enumerate_words(bodies)} along {where or own}")
+        sentence += (
+            " The components of omega are along axes in which the moments of inertia are those "
+            f"listed: {'; '.join(places)}."
         )
     return [Stage("Positions and velocities", sentence, tuple(results))]

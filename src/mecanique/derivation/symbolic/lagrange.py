@@ -33,7 +33,7 @@ from mecanique.derivation.symbolic.derivation import (
     mass_and_bias,
 )
 from mecanique.derivation.symbolic.forces import Work, find_potential, length_names, works_of
-from mecanique.derivation.symbolic.inertias import inertia_stages
+from mecanique.derivation.symbolic.inertias import inertia_stages, list_moments
 from mecanique.derivation.symbolic.kinematics import (
     Kinematics,
     geometry_stages,
@@ -45,7 +45,7 @@ from mecanique.derivation.symbolic.multipliers import (
     redundancy_stages,
 )
 from mecanique.derivation.symbolic.symbols import Algebra, coordinate_of
-from mecanique.derivation.symbolic.vectors import Vector, cross
+from mecanique.derivation.symbolic.vectors import Vector, along, cross
 from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
@@ -82,15 +82,8 @@ def energy_stages(lagrange: Lagrange, *, by_squares: bool = True) -> list[Stage]
         if part
     ]
     parts = parts if len(parts) > 1 else []
-    found = [
-        Stage(
-            "Kinetic energy",
-            "The kinetic energy of a body is half its mass times the square of the velocity of its "
-            "center of mass, plus half its moments of inertia times the squares of its angular "
-            "velocity; the sum over all bodies is T.",
-            (*parts, Result(Left("T"), T, partial(_write_squares, T, _collect(squares)))),
-        )
-    ]
+    whole = Result(Left("T"), T, partial(_write_squares, T, _collect(squares)))
+    found = [Stage("Kinetic energy", _say_kinetic(lagrange), (*parts, whole))]
     stored = _list_energies(gravity, works)
     sentences = []
     if gravity:
@@ -130,6 +123,28 @@ def energy_stages(lagrange: Lagrange, *, by_squares: bool = True) -> list[Stage]
             sentence = "The weights do no work in this motion, and there are no springs: V is zero."
         found.append(Stage("Potential energy", sentence, (Result(Left("V"), V),)))
     return found
+
+
+def _say_kinetic(lagrange: Lagrange) -> str:
+    """Say of which terms the kinetic energy is the sum."""
+    kinematics = lagrange.kinematics
+    moments = [entry for body in kinematics.bodies for entry in list_moments(kinematics, body)]
+    names = [str(entry.left.symbol) for entry in moments if isinstance(entry.left, Left)]
+    said = (
+        "The kinetic energy of a body is half its mass times the square of the velocity of its "
+        "center of mass"
+    )
+    if names:
+        said += (
+            ", plus half its moments of inertia times the squares of its angular velocities about "
+            "their axes"
+        )
+    if any(name[-1] != name[-2] for name in names):
+        said += ", plus its products of inertia, each times the angular velocities about both axes"
+    said += "; the sum over all bodies is T."
+    if len(lagrange.kinetic) > len(kinematics.bodies):
+        said += " A rotor adds half its inertia times the square of the rate of its joint."
+    return said
 
 
 def _list_energies(gravity: Series, works: Sequence[Work]) -> list[Result]:
@@ -401,25 +416,15 @@ class Lagrange:
 
     def _list_squares(self, body: str) -> Squares:
         """Return the principal moments about a body's fixed origin, and its spin along them."""
-        # Those of a body of revolution are along the axes that it spins in
         kinematics, lift = self.kinematics, self.algebra.lift
-        place = kinematics.place[body]
-        if place < 0 or kinematics.carrier(body) >= 0 or any(kinematics.velocity(body)):
+        if kinematics.carrier(body) >= 0 or any(kinematics.velocity(body)):
             return ()
         J = kinematics.moments(body)
         trace = self.algebra.ring.sum([lift(J[k][k]) for k in range(3)])
         moments = [tidy(trace - lift(J[k][k])) for k in range(3)]
-        spin = kinematics.spin(body)
-        frames = [kinematics.turn(place)]
-        link = kinematics.tree[place]
-        across = [m for m, a in zip(moments, link.axis, strict=True) if not a]
-        if link.kind == "turn" and len(across) == 2 and across[0] == across[1]:
-            frames.append(kinematics.turn_before(place))
-        ways = []
-        for axes in frames:
-            rates = [tidy(lift(combination(axis, spin))) for axis in zip(*axes, strict=True)]
-            ways.append([(m, w) for m, w in zip(moments, rates, strict=True) if m and w])
-        return tuple(min(ways, key=lambda way: sum(len(w) for _, w in way)))
+        axes, *_ = kinematics.spin_axes(body)
+        rates = along(axes, kinematics.spin(body))
+        return tuple((m, w) for m, w in zip(moments, rates, strict=True) if m and w)
 
     def _rotors(self) -> Iterator[tuple[str, Series]]:
         """Yield the joint's name and the kinetic energy ½ I r'² of each rotor."""

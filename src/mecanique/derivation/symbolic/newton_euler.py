@@ -41,9 +41,7 @@ from mecanique.derivation.symbolic.multipliers import (
     redundancy_stages,
 )
 from mecanique.derivation.symbolic.symbols import Algebra
-from mecanique.derivation.symbolic.vectors import (
-    along,
-)
+from mecanique.derivation.symbolic.vectors import Vector, along, cross
 from mecanique.errors import DerivationError
 from mecanique.model.constraints.contacts import SPEAKING
 from mecanique.model.mechanism import Mechanism
@@ -107,6 +105,7 @@ class NewtonEuler:
     def _balance(self, cut: Cut) -> Iterator[Stage]:
         """Yield the steps with the balances of one body, in terms of named reactions."""
         moving = self._list_accelerations(cut)
+        turning = self._list_turning(cut, "force", cut.twist.force) if moving else []
         push = cut.axes.along(cut.about_reference(cut.push))
         acting = self.balances.acting_along(cut)
         pairs = zip(push.force, acting.force, strict=True)
@@ -120,15 +119,30 @@ class NewtonEuler:
         sentence = (
             f"{self.balances.explain_leaders(cut)}Cut free, {cut.body} is acted on by {what}. "
             f"{cut.axes.sentence} "
-            f"{state_momentum_balance(cut, bool(moving))}"
+            f"{state_momentum_balance(cut, bool(moving), bool(turning))}"
         )
-        yield Stage(f"Free body {cut.body}: forces", sentence, (*moving, *forces))
-        stored = cut.axes.along(cut.about_reference(cut.momentum)).moment
-        momenta = list_components(f"H_{cut.body}", cut.axes.turn_labels, stored)
+        yield Stage(f"Free body {cut.body}: forces", sentence, (*turning, *moving, *forces))
         if moments and not self.balances.repeats(cut):
-            yield Stage(
-                f"Free body {cut.body}: moments", state_moment_balance(cut), (*momenta, *moments)
-            )
+            H = cut.about_reference(cut.momentum).tidy().moment
+            stored = along(cut.axes.turns, H)
+            momenta = list_components(f"H_{cut.body}", cut.axes.turn_labels, stored)
+            changing = self._list_turning(cut, "moment", H)
+            sentence = state_moment_balance(cut, any(H), bool(changing))
+            new = [line for line in changing if line not in turning]
+            yield Stage(f"Free body {cut.body}: moments", sentence, (*new, *momenta, *moments))
+
+    def _list_turning(self, cut: Cut, kind: str, vector: Vector) -> list[Result]:
+        """Return the angular velocity Ω of a body's axes if Ω × a vector in them is not zero."""
+        axes, whose = cut.axes, cut.axes.whose[kind]
+        if whose == "the world":
+            return []
+        # of the axes of forces and of moments in a plane, the latter include its normal
+        rows = axes.turns if kind == "moment" or "" in axes.turn_labels else axes.rows
+        turning = self.cuts.kinematics.turning(rows, cut.carrier)
+        if not any(cross(turning, vector).tidy()):
+            return []
+        name = f"Omega_{whose.rpartition(' ')[2]}"
+        return [*list_components(name, axes.turn_labels, along(rows, turning))]
 
     def _list_acting(self, cut: Cut) -> list[str]:
         """List in words the forces that act on a body."""
@@ -189,8 +203,9 @@ class NewtonEuler:
         if self.balances.guiding.names:
             yield Stage(
                 "Forces of the elements",
-                "A joint transmits nothing along or about the directions in which it is free; "
-                "there the elements supply what the balances of the bodies require."
+                "Along and about the directions in which their joints are free, bodies receive no "
+                "reaction: there their balances give the forces of "
+                f"{enumerate_words([part.name for part in self.algebra.mechanism.elements])}."
                 + ("" if self.balances.guide_forces else " Their closed forms would be long."),
                 tuple(self.balances.guide_forces),
             )
@@ -216,6 +231,9 @@ class NewtonEuler:
         at = (
             "With the reactions inserted, the balances along and about the free directions of the "
             "joints{} leave one equation for each velocity{}"
+            if self.balances.unknowns
+            else "The balances along and about the free directions of the joints{} are one "
+            "equation for each velocity{}"
         )
         unknown = "The forces λ of the {} remain as unknowns; the {} add as many equations{}"
         if self.algebra.mechanism.loops:

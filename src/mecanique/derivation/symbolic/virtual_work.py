@@ -71,8 +71,8 @@ class Distribution:
     direction: Vector  # direction along the rod from that end, in the axes of the body's carrier
     density: Vector  # force per length at that distance, along the axes of the body [N/m]
     resultant: tuple[Series, ...]  # its integral over the rod [N]
-    # distance at which the resultant of each component acts; None if it is not the same in all
-    # states
+    # distance at which the resultant of each component has its moment; None if it has none, or the
+    # distance is not the same in all states
     point: tuple[Series | None, ...]
 
 
@@ -94,13 +94,15 @@ def distribution_of(cuts: Cuts, cut: Cut) -> Distribution | None:
     rate = [combination(row, [*point, 1]) for row in kinematics.rate(cut.body)]
     a = kinematics.change(lift(algebra.ring, rate), cut.carrier)
     density = (along(cut.axes.rows, a) * -(cut.mass / length)).tidy()
-    resultants, points = [], []
-    for component in density:
-        force, moment = (_integrate(component, name, length, order) for order in (0, 1))
-        resultants.append(force)
-        points.append(_divide(moment, force))
     turn = kinematics.turn(kinematics.place[cut.body])
     away = lift(algebra.ring, [combination(row, direction) for row in turn]).tidy()
+    resultants, points = [], []
+    for axis, component in zip(cut.axes.rows, density, strict=True):
+        force, moment = (_integrate(component, name, length, order) for order in (0, 1))
+        resultants.append(force)
+        # along the rod it has no moment about the end
+        across = any(cross(lift(algebra.ring, axis), away).tidy())
+        points.append(_divide(moment, force) if across else None)
     return Distribution(
         coordinate=name,
         length=length,
@@ -459,10 +461,17 @@ class VirtualWork:
         """Return the step with d'Alembert's inertia forces and their resultant."""
         body, axes = cut.body, cut.axes
         spread = distribution_of(self.cuts, cut)
-        parts = [
-            f"Every particle of {body} has the inertia force -a dm, opposite to its acceleration.",
-            axes.sentence,
-        ]
+        entries = self.algebra.mechanism.body(body).inertia
+        as_particle = bool(cut.mass) and not any(map(self.algebra.series, entries))
+        every = (
+            f"Every particle of {body} has the inertia force -a dm, opposite to its acceleration."
+        )
+        if as_particle:
+            every = (
+                f"Without moments of inertia, {body} has the inertia force of a particle, minus "
+                "its mass times the acceleration of its center of mass."
+            )
+        parts = [every, axes.sentence]
         results = []
         if spread is not None:
             self._unknowns[spread.coordinate] = "distance along a rod from its end [m]"
@@ -480,7 +489,7 @@ class VirtualWork:
             F = -along(axes.rows, cut.push.force)
             results += list_components(f"F_inertia_{body}", axes.labels, F)
         C = along(axes.turns, couple_of_inertia(cut))
-        if spread is None:
+        if spread is None and not as_particle:
             couple = "and a couple, minus the rate of the angular momentum about it"
             parts.append(
                 "Reduced to the center of mass they are one force, minus the mass times the "

@@ -1,0 +1,192 @@
+"""Angular velocities and rates are stated in axes in which a reader can do the step by hand."""
+
+from __future__ import annotations
+
+from itertools import combinations_with_replacement
+
+import numpy as np
+import pytest
+from systems import derive_system
+
+import mecanique as mq
+from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.symbolic.derivation import Left, Stage
+from mecanique.derivation.symbolic.vectors import Vector, cross
+
+NEWTON_EULER = "newton_euler"
+SPATIAL = (
+    "furuta_pendulum",
+    "gyroscope",
+    "heavy_top",
+    "free_rigid_body",
+    "rolling_coin",
+    "rotating_plate",
+    "tennis_racket",
+    "two_wheeled_cart",
+)
+
+
+def listed(stage: Stage) -> dict[str, Series]:
+    """The quantities that a step lists, by name."""
+    return {x.left.symbol: x.right for x in stage.results if isinstance(x.left, Left)}
+
+
+def stages_of(equations: mq.Equations) -> dict[str, Stage]:
+    """The steps of a derivation by title."""
+    return {stage.title: stage for stage in equations.steps}
+
+
+def vector_of(name: str, known: dict[str, Series], zero: Series) -> Vector:
+    """Components x, y and z of a vector; those that are not listed are zero."""
+    return Vector(*(known.get(f"{name}_{axis}", zero) for axis in "xyz"))
+
+
+def check_kinetic_energy(equations: mq.Equations) -> None:
+    """T = Σ ½ m v² + ½ Σ I ω², each component of ω about the axis of its moment of inertia."""
+    stages, algebra = stages_of(equations), equations.derivation.algebra
+    speeds = np.random.default_rng(5).uniform(0.5, 2.0, len(algebra.velocities))
+    state = {**algebra.generic, **dict(zip(algebra.velocities, speeds, strict=True))}
+    value = Evaluation(algebra.ring, state)
+    known = listed(stages["Masses and moments of inertia"])
+    known |= listed(stages["Positions and velocities"])
+    numbers = {symbol: float(value(series)) for symbol, series in known.items()}
+    total, turning = 0.0, 0
+    for body in [symbol[2:] for symbol in numbers if symbol.startswith("m_")]:
+        v = [numbers.get(f"v_{body}_{axis}", 0.0) for axis in "xyz"]
+        total += numbers[f"m_{body}"] * np.dot(v, v) / 2
+        for i, k in combinations_with_replacement("xyz", 2):
+            product = numbers.get(f"omega_{body}_{i}", 0.0) * numbers.get(f"omega_{body}_{k}", 0.0)
+            moment = numbers.get(f"I_{body}_{i}{k}", 0.0)
+            turning += bool(moment * product)
+            total += moment * product / (2 if i == k else 1)
+    T = listed(stages["Kinetic energy"])["T"]
+    assert turning > 0
+    np.testing.assert_allclose(total, float(value(T)), rtol=1e-10, atol=0.0)
+
+
+@pytest.mark.parametrize("name", SPATIAL)
+def test_the_listed_values_add_up_to_the_kinetic_energy(name: str) -> None:
+    check_kinetic_energy(derive_system(name))
+
+
+def test_products_of_inertia_add_to_the_kinetic_energy() -> None:
+    shape = mq.Shape(2.0, (0.0, 0.2, 0.0), (0.3, 0.4, 0.5, 0.1, 0.05, 0.02), ())
+    bodies = (mq.Body("ground"), mq.Body("arm"), mq.Body("plate", shape))
+    hinges = (
+        mq.Revolute("a", "ground", "arm", axis=(0.0, 0.0, 1.0), coordinate="a"),
+        mq.Revolute("b", "arm", "plate", axis=(1.0, 0.0, 0.0), coordinate="b"),
+    )
+    equations = mq.derive(mq.Mechanism("tilted", bodies, hinges))
+    check_kinetic_energy(equations)
+    said = stages_of(equations)["Kinetic energy"].explanation
+    assert "plus its products of inertia, each times the angular velocities about both" in said
+
+
+@pytest.mark.parametrize(
+    ("name", "axes"),
+    [
+        ("heavy_top", "for top along those of tilted, which do not spin with top."),
+        (
+            "gyroscope",
+            "for inner along its own; for rotor along those of inner, which do not spin with "
+            "rotor.",
+        ),
+        ("rotating_plate", ""),
+        ("double_pendulum", ""),
+    ],
+)
+def test_axes_of_angular_velocities_are_named_unless_they_are_the_worlds(
+    name: str, axes: str
+) -> None:
+    said = stages_of(derive_system(name))["Positions and velocities"].explanation
+    assert ("The components of omega are along axes" in said) is bool(axes)
+    assert said.endswith(axes)
+
+
+def test_the_kinetic_energy_is_said_to_be_of_what_there_is() -> None:
+    said = stages_of(derive_system("kepler_orbit"))
+    assert "inertia" not in said["Kinetic energy"].explanation
+    assert "omega" not in said["Positions and velocities"].explanation
+    assert "squares of its angular velocities about their axes;" in (
+        stages_of(derive_system("heavy_top"))["Kinetic energy"].explanation
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "body", "axes"),
+    [
+        ("heavy_top", "top", "tilted"),
+        ("gyroscope", "inner", "inner"),
+        ("gyroscope", "rotor", "inner"),
+        ("rolling_coin", "coin", "fork"),
+    ],
+)
+def test_the_rate_of_the_angular_momentum_follows_from_what_is_listed(
+    name: str, body: str, axes: str
+) -> None:
+    """In axes that turn the rate of a vector is that of its components and Ω × the vector."""
+    equations = derive_system(name, NEWTON_EULER)
+    stages, zero = stages_of(equations), equations.derivation.algebra.ring.number(0)
+    stage = stages[f"Free body {body}: moments"]
+    assert "that rate is the rate of the components of H plus Ω × H." in stage.explanation
+    known = listed(stages[f"Free body {body}: forces"]) | listed(stage)
+    turning, H = (vector_of(of, known, zero) for of in (f"Omega_{axes}", f"H_{body}"))
+    rate = Vector(*(part.ddt() for part in H)) + cross(turning, H)
+    lines = [line.left for line in stage.results if isinstance(line.left, Series)]
+    for left, component in zip(lines, rate, strict=True):
+        assert (left - component).vanishes()
+
+
+@pytest.mark.parametrize(("name", "body"), [("heavy_top", "top"), ("kepler_orbit", "planet")])
+def test_the_acceleration_follows_from_what_is_listed(name: str, body: str) -> None:
+    """In a plane Ω is along the normal, z."""
+    equations = derive_system(name, NEWTON_EULER)
+    stage = stages_of(equations)[f"Free body {body}: forces"]
+    zero = equations.derivation.algebra.ring.number(0)
+    assert "a is the rate of the components of v plus Ω × v. Listed are Ω," in stage.explanation
+    known = listed(stage)
+    owner = "tilted" if body == "top" else body
+    turning = vector_of(f"Omega_{owner}", known, zero)
+    if f"Omega_{owner}" in known:
+        turning = Vector(zero, zero, known[f"Omega_{owner}"])
+    v, a = (vector_of(f"{letter}_{body}", known, zero) for letter in "va")
+    for left, right in zip(a, Vector(*(x.ddt() for x in v)) + cross(turning, v), strict=True):
+        assert (left - right).vanishes()
+    assert f"angular velocity of the axes of {owner}" in equations.text(steps=True)
+
+
+@pytest.mark.parametrize("name", ["cart_pole", "double_pendulum", "atwood_machine"])
+def test_axes_that_do_not_turn_have_no_angular_velocity(name: str) -> None:
+    text = derive_system(name, NEWTON_EULER).text(steps=True)
+    assert "Omega" not in text
+    assert "Ω" not in text
+
+
+def test_a_body_without_angular_momentum_is_in_balance() -> None:
+    said = stages_of(derive_system("cart_pole", NEWTON_EULER))["Free body pole: moments"]
+    assert said.explanation == "The moments are in balance, all about its center of mass."
+    said = stages_of(derive_system("cart_pole", "virtual_work"))["Inertia forces of pole"]
+    assert said.explanation.startswith(
+        "Without moments of inertia, pole has the inertia force of a particle, minus its mass "
+        "times the acceleration of its center of mass."
+    )
+    assert "Reduced" not in said.explanation
+    said = stages_of(derive_system("heavy_top", NEWTON_EULER))["Free body top: moments"]
+    assert "both about the joint psi, a fixed point." in said.explanation
+
+
+def test_reactions_are_inserted_only_where_there_are_any() -> None:
+    closing = "the balances along and about the free directions of the joints"
+    kepler = derive_system("kepler_orbit", NEWTON_EULER).derivation.closing
+    assert kepler == f"T{closing[1:]} are one equation for each velocity, without unknown forces."
+    top = derive_system("heavy_top", NEWTON_EULER).derivation.closing
+    assert top.startswith(f"With the reactions inserted, {closing} leave one equation")
+
+
+def test_forces_of_elements_are_said_to_be_theirs() -> None:
+    said = stages_of(derive_system("atwood_machine", NEWTON_EULER))["Forces of the elements"]
+    assert said.explanation == (
+        "Along and about the directions in which their joints are free, bodies receive no "
+        "reaction: there their balances give the forces of cord."
+    )
