@@ -264,12 +264,8 @@ def derivation(
     steps: bool,
     *,
     units: bool = False,
-    every: bool = False,
 ) -> str:
     """Return the equations of motion by one method, with what each symbol means."""
-    from mecanique.derivation import METHODS
-    from mecanique.generation.named_results import HELD, WrittenPart
-
     equations = mq.derive(mechanism, method=method)
     if not equations.legible:
         if equations.symbolic:
@@ -278,9 +274,6 @@ def derivation(
                 "results; in Python, mecanique.derive(…).text() writes them out"
             )
         written = mq.write_recursion(equations)
-        others = METHODS.items() if every and mechanism.constrained else ()
-        differ = [WrittenPart(way.title, HELD[name], ()) for name, way in others if name != method]
-        written = replace(written, results=(*written.results, *differ))
         parts: list[str] = [getattr(written, form)()]
         if steps and (ride := _expand_ride(mechanism)) is not None:
             known = frozenset(name for names, _ in written.meanings for name in names)
@@ -302,8 +295,11 @@ def derivations(mechanism: mq.Mechanism, form: Form) -> str:
     from mecanique.derivation.printing.prose import to_latex
 
     shortest = mq.derive(mechanism)
-    if not shortest.legible:  # the others are longer and take minutes, or differ in few lines
-        return derivation(mechanism, shortest.method, form, steps=True, every=True)
+    if not shortest.legible:  # the lists of the others differ from its own in few lines
+        if mechanism.constrained:
+            others = " or ".join(name for name in METHODS if name != shortest.method)
+            inform(f"The other methods give lists as long: --method {others} writes one")
+        return derivation(mechanism, shortest.method, form, steps=True)
     parts, explained = list[str](), frozenset[str]()
     for method in METHODS:
         equations = mq.derive(mechanism, method=method)

@@ -179,6 +179,24 @@ def _invert(factor: Product) -> Product:
 
 def _draw_together(terms: Iterable[Product]) -> Sum:
     """Return a sum, with terms that differ only in their numbers collected."""
+    whole = _collect(terms)
+    # sums beside the same factors are multiplied out if fewer terms are left
+    beside: dict[tuple[tuple[Base, int | Fraction], ...], dict[Product, list[Product]]] = {}
+    for term in whole.terms:
+        for pair in term.factors:
+            if isinstance(pair[0], Sum) and pair[1] == 1:
+                rest = tuple(other for other in term.factors if other != pair)
+                parts = [multiply(Product(term.number, rest), part) for part in pair[0].terms]
+                beside.setdefault(rest, {})[term] = parts
+    for spread in beside.values():
+        short = _collect(chain(*spread.values()))
+        if len(short.terms) < len(spread) and spread.keys() <= {*whole.terms}:
+            whole = _collect([*(x for x in whole.terms if x not in spread), *short.terms])
+    return whole
+
+
+def _collect(terms: Iterable[Product]) -> Sum:
+    """Return a sum, with terms that differ only in their numbers collected."""
     sizes: dict[tuple[tuple[Base, int | Fraction], ...], int | Fraction] = {}
     for term in add(terms).terms:
         sizes[term.factors] = sizes.get(term.factors, 0) + term.number
@@ -318,7 +336,7 @@ class Written(Legible):
 
     def text(self) -> str:
         """Return the list as text."""
-        out = list[str]()
+        out = [self.title, ""]
         for paragraph in self.about:
             out += [*textwrap.wrap(paragraph, _WIDTH), ""]
         out.append("Symbols")
@@ -409,7 +427,7 @@ _ABOUT = (
     "counted with the parent."
 )
 _RECURSION = "The results, each from those above it."
-HELD = {
+_HELD = {
     "lagrange": (
         "Lagrange's equations with multipliers: one for each velocity, M a + h - Q minus the sum "
         "of the multipliers times the coefficients of that velocity in the conditions below."
@@ -484,7 +502,7 @@ def write_recursion(equations: Equations) -> Written:
         meanings.append(((f"{fresh}1", f"{fresh}2", "…"), "results that are used repeatedly"))
     left, written = iter(ends), list[WrittenPart]()
     for heading, rows_of_part in parts.items():
-        said = HELD[equations.method] if holds is not None and not written else ""
+        said = _HELD[equations.method] if holds is not None and not written else ""
         zeros = [ResultLine("0", next(left)) for _ in rows_of_part]
         # a condition that holds by itself, as that across a planar mechanism's plane, is left out
         stated = [line for line in zeros if line.right.terms or not written]
