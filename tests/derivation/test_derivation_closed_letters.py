@@ -152,6 +152,30 @@ def test_displacements_satisfy_rows_whose_entries_are_not_of_size_one() -> None:
             assert tidy(work).vanishes()
 
 
+def test_virtual_displacements_are_arbitrary_without_constraints_alone() -> None:
+    """Of what rolls that of x is left independent, as in the accelerations at the end."""
+    disk = " ".join(_derived("rolling_disk", "virtual_work").text(steps=True).split())
+    assert "virtual displacement of turn: small, at fixed time" in disk
+    assert "one of them independent, δx; all others follow. δz = 0 δturn = δx/R" in disk
+    assert "The constraints leave x free." in disk
+    rods = _derived("double_pendulum", "virtual_work").text(steps=True)
+    assert rods.count(": small, arbitrary, at fixed time") == 2
+    assert "arbitrary, at fixed" not in _derived("four_bar_linkage", "virtual_work").text(
+        steps=True
+    )
+
+
+def test_letters_of_displacements_are_those_of_no_coordinate() -> None:
+    """Of Kepler's r and φ the displacements are δr and δφ already."""
+    orbit = _derived("kepler_orbit", "virtual_work").text(steps=True)
+    said = " ".join(orbit.split())
+    assert "in the virtual displacement of its point, each couple C in the virtual rotation" in said
+    assert " of the body: δW" in said
+    cart = " ".join(_derived("cart_pole", "virtual_work").text(steps=True).split())
+    assert "in the virtual displacement δr of its point, each couple C in the virtual" in cart
+    assert "rotation δφ of the body" in cart
+
+
 def test_the_slider_crank_has_one_equation_without_multipliers() -> None:
     """cos(β + θ) (m1 r² θ''/3 + m1 g r cos(θ)/2) + r sin(β) m2 x'' = 0."""
     derivation = _derived("slider_crank", "virtual_work").derivation

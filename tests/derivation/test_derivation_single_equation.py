@@ -14,6 +14,7 @@ from derivation_reading import residual, value_of_text
 import mecanique as mq
 from mecanique import textbook
 from mecanique.cli import app
+from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Ring
 from mecanique.derivation.symbolic.reduced import _angle_of
 
@@ -67,6 +68,48 @@ def test_what_is_printed_reads_back_and_agrees_with_x_of_theta() -> None:
     assert np.abs(residual(str(one.equation), values)).max() < 1e-11
     values["theta''"] = 1.001 * values["theta''"]
     assert np.abs(residual(str(one.equation), values)).max() > 1e-4
+
+
+@pytest.mark.parametrize("name", ["four_bar_linkage", "bars_and_springs_loop"])
+def test_coefficients_divide_by_nothing_that_vanishes_in_regular_positions(name: str) -> None:
+    """Denominators vanish with the determinant of the loop's slopes, by central differences."""
+    mechanism = textbook.load(name)
+    one = mq.reduce_loops(mechanism)
+    kept, *others = mechanism.coordinates.names
+    slopes = mq.derive(mechanism).derivation
+    ring, found = slopes.algebra.ring, one.found
+    rows = [tie.slopes(ring) for tie in slopes.ties]
+    random = np.random.default_rng(4)
+    values: dict[str, Any] = {**mechanism.values}
+    values |= {q: random.uniform(-3, 3, 20) for q in (kept, *others)}
+    value = Evaluation(ring, values)
+    (a, b), (c, d) = ([value(x) for x in row[1:]] for row in rows)
+    for term in (*found.ratios, *found.changes):
+        share = Evaluation(term.value.below.ring, values)(term.value.below) / (a * d - b * c)
+        np.testing.assert_allclose(share, share[0], rtol=1e-9, atol=0)
+
+
+def test_a_horizontal_coupler_is_a_regular_position() -> None:
+    """Freudenstein: phi and psi of bars a, b, c, d follow the coupler's angle by the sine rule."""
+    mechanism = textbook.load("four_bar_linkage")
+    p = {**mechanism.values, "a": 0.3, "b": 0.4, "c": 0.5, "d": 0.8}
+    found = mq.reduce_loops(mechanism)
+    # the coupler of length b at the angle 0: a cos(phi) + b = d + c cos(psi), a sin = c sin
+    run = p["d"] - p["b"]
+    cosine = (p["a"] ** 2 + run**2 - p["c"] ** 2) / (2 * p["a"] * run)
+    phi = np.arccos(cosine)
+    psi = np.arctan2(p["a"] * np.sin(phi), p["a"] * np.cos(phi) - run)
+    values: dict[str, Any] = {**p, "phi": phi, "theta": -phi, "psi": psi}
+    for letter, text in found.coefficients.items():
+        values[letter] = value_of_text(text, values)
+    # the rates of both ends of the coupler are equal along it
+    rates = p["a"] * np.sin(phi), p["c"] * np.sin(psi)
+    assert values["K_psi"] == pytest.approx(rates[0] / rates[1], rel=1e-12)
+    lift = p["a"] * np.cos(phi) - p["c"] * np.cos(psi) * values["K_psi"]
+    assert values["K_theta"] + 1 == pytest.approx(-lift / p["b"], rel=1e-12)
+    assert np.isfinite([values[letter] for letter in ("L_theta", "L_psi", "J", "N")]).all()
+    said = " ".join(mq.derive(mechanism).text(steps=True).split())
+    assert "one without multipliers wherever no denominator is zero." in said
 
 
 def _tree(mechanism: mq.Mechanism) -> mq.Equations:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from systems import derive_system
@@ -452,10 +454,18 @@ def test_integrals_stand_at_the_end() -> None:
         "and for r one equation\n   is left, with the effective potential V_eff and the constant "
         "energy E in it (Routh)."
         "\n     phi'' = -2 phi' r'/r\n     r'' = r phi'^2 - mu/r^2"
-        "\n     p_phi = m r^2 phi'\n     E = m r^2 phi'^2/2 + m r'^2/2 - m mu/r"
+        "\n     p_phi = m r^2 phi'"
         "\n     phi' = p_phi/(m r^2)\n     V_eff = p_phi^2/(2 m r^2) - m mu/r"
         "\n     E = m r'^2/2 + V_eff\n     m r'' - p_phi^2/(m r^3) + m mu/r^2 = 0"
     )
+
+
+@pytest.mark.parametrize("name", ["kepler_orbit", "heavy_top", "gyroscope"])
+def test_a_result_states_each_quantity_once(name: str) -> None:
+    _, _, result = derive_system(name).text(steps=True).partition(". Result\n")
+    lefts = re.findall(r"^     (\S+) = ", result, re.MULTILINE)
+    assert "E" in lefts
+    assert len(lefts) == len({*lefts})
 
 
 def test_all_formats_say_the_same() -> None:

@@ -15,10 +15,10 @@ all displacements multiplied by the determinant instead of divided.
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import combinations
+from itertools import chain, combinations
 from typing import TypeAlias, final
 
 from mecanique.derivation.numeric.constraints.redundancy import find_redundancy
@@ -29,9 +29,9 @@ from mecanique.derivation.printing.trigforms import common_monomial, common_scal
 from mecanique.derivation.printing.writers import Equation, Expression
 from mecanique.derivation.scalars.cancel import divide_by_wave, tidy
 from mecanique.derivation.scalars.polynomials import exponents, power
-from mecanique.derivation.scalars.series import GIVEN, Kind, Ring, Series, canonical
+from mecanique.derivation.scalars.series import GIVEN, TIMED, Kind, Ring, Series, canonical
 from mecanique.derivation.symbolic.derivation import Left, Matrix, Result, Stage, Tie, project
-from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.symbolic.symbols import Algebra, coordinate_of
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.wording import enumerate_words
@@ -99,6 +99,11 @@ class Quotient:
         return Equation(left, self.expression(), self.below)
 
 
+def say_where(values: Iterable[Quotient]) -> str:
+    """Say where solved quantities hold, "" if everywhere."""
+    return " wherever no denominator is zero" if any(value.divided for value in values) else ""
+
+
 @final
 @dataclass(frozen=True)
 class _Balance:
@@ -106,10 +111,17 @@ class _Balance:
 
     factors: tuple[Series, ...]
     rest: Series
+    given: _Balance | None = None  # before others were eliminated, if any was
 
     def unknown(self, known: Sequence[int]) -> list[int]:
         """Return the indices of its multipliers that are not known yet."""
         return [k for k, factor in enumerate(self.factors) if factor and k not in known]
+
+    def move(self, unknowns: Sequence[Series], kept: Sequence[int]) -> Series:
+        """Return its rest, less what the multipliers that are not kept have in it."""
+        pairs = enumerate(zip(self.factors, unknowns, strict=True))
+        others = [-factor * letter for k, (factor, letter) in pairs if factor and k not in kept]
+        return tidy(self.rest.ring.sum([self.rest, *others]))
 
     def cost(self) -> int:
         """Return its length; constant factors cost less."""
@@ -126,9 +138,9 @@ def solve_multipliers(
     balances = [_Balance(tuple(c), side) for c, side in zip(columns, sides, strict=True)]
     order: list[int] = []
     solved: dict[str, Quotient] = {}
-    held: list[tuple[int, _Balance]] = []
+    held: dict[int, _Balance] = {}
     while len(order) + len(held) < len(unknowns):
-        known = [*order, *(k for k, _ in held)]
+        known = [*order, *held]
         usable = [equation for equation in balances if equation.unknown(known)]
         if not usable:
             return {}
@@ -137,16 +149,40 @@ def solve_multipliers(
         if chosen.cost() > _LONGEST:
             return {}
         unknown = chosen.unknown(known)
-        if len(unknown) == 1 and not held:
-            solved |= _solve(unknowns, chosen, unknown[0])
-            order.append(unknown[0])
-            continue
         k = min(unknown, key=lambda k: (not is_constant(chosen.factors[k]), len(chosen.factors[k])))
-        held.append((k, chosen))
-        balances = [_eliminate(equation, chosen, k) for equation in balances]
-    for k, balance in reversed(held):
-        solved |= _solve(unknowns, balance, k)
+        held[k] = chosen
+        if len(unknown) > 1:
+            balances = [_eliminate(equation, chosen, k) for equation in balances]
+            continue
+        block: dict[int, _Balance] = {}
+        for k, balance in reversed(held.items()):
+            if not balance.unknown([k, *order, *block]):
+                block[k] = balance
+        held = {k: balance for k, balance in held.items() if k not in block}
+        solved |= _solve_block(unknowns, block, order)
+        order += block
     return solved
+
+
+def _solve_block(
+    unknowns: Sequence[Series], block: Mapping[int, _Balance], order: Sequence[int]
+) -> dict[str, Quotient]:
+    """Solve for multipliers that depend on each other: the first alone, and then the others."""
+    back = dict(_solve(unknowns, balance, k) for k, balance in block.items())
+    given = [balance.given or balance for balance in block.values()]
+    apart = any(balance.unknown([*order, *block]) for balance in given)
+    _, *others = (is_constant(balance.factors[k]) for k, balance in block.items())
+    if apart or all(others):
+        return back
+    # a factor of a balance alone may vanish where the determinant of all does not
+    rows = select([balance.factors for balance in given], [*block])
+    sides = [balance.move(unknowns, [*block]) for balance in given]
+    ring = unknowns[0].ring
+    below, whole = determinant(ring, rows), dict[str, Quotient]()
+    for k, above in zip(block, cramer(ring, rows, sides), strict=True):
+        fraction = make_positive(divide_common(divide_waves([below, above])))
+        whole[name_of(unknowns[k])] = Quotient(*reversed(fraction))
+    return whole if all(quotient.bearable for quotient in whole.values()) else back
 
 
 def is_constant(entry: Series) -> bool:
@@ -203,20 +239,15 @@ def _list_polynomials(entry: Series) -> list[Series]:
     ]
 
 
-def _solve(unknowns: Sequence[Series], balance: _Balance, k: int) -> dict[str, Quotient]:
-    """Solve a balance for one of its multipliers; return it by name."""
-    others = [
-        -factor * letter
-        for i, (factor, letter) in enumerate(zip(balance.factors, unknowns, strict=True))
-        if factor and i != k
-    ]
-    above = tidy(balance.rest.ring.sum([balance.rest, *others]))
+def _solve(unknowns: Sequence[Series], balance: _Balance, k: int) -> tuple[str, Quotient]:
+    """Solve a balance for one of its multipliers; return it with its name."""
+    above = balance.move(unknowns, [k])
     below = balance.factors[k]
     if is_constant(below):
         above, below = above / below, below.ring.number(1)
     else:
         below, above = make_positive(divide_common([below, above]))
-    return {name_of(unknowns[k]): Quotient(above, below)}
+    return name_of(unknowns[k]), Quotient(above, below)
 
 
 def name_of(letter: Series) -> str:
@@ -234,7 +265,7 @@ def _eliminate(balance: _Balance, other: _Balance, k: int) -> _Balance:
         mine, its = mine / its, its.ring.number(1)
     pairs = zip((*balance.factors, balance.rest), (*other.factors, other.rest), strict=True)
     *factors, rest = divide_common([tidy(its * a - mine * b) for a, b in pairs])
-    return _Balance(tuple(factors), rest)
+    return _Balance(tuple(factors), rest, balance.given or balance)
 
 
 def redundancy_stages(mechanism: Mechanism, *, of_work: bool = False) -> list[Stage]:
@@ -293,17 +324,75 @@ def loop_stages(
     if rolling:
         sentence = (
             "Where a body rolls, its point of contact has the same velocity as the point it "
-            "touches; a blade does not move sideways. Φ is the distance from the plane; ψ, linear "
-            "in the velocities, is in general not integrable."
+            "touches; a blade does not move sideways."
         )
+        loads, moving = list[str](), sum(tie.of_velocities for tie in rolling)
+        if moving:
+            about, warning = _INTEGRABLE[_integrate(ties)]
+            sentence += about if of_work else about + warning
+            loads.append("λ ∂ψ/∂q'")
+        if moving < len(rolling):
+            sentence += " Φ is the distance from the plane."
+            loads.append("λ ∂Φ/∂q")
         if not of_work:
+            letter = "ψ" if moving else "Φ"
             sentence += (
-                " The constraints must not be substituted into T. In a virtual displacement along "
-                "which ψ is δψ the force λ does the work λ δψ; therefore λ ∂ψ/∂q' and λ ∂Φ/∂q are "
-                "added to the generalized forces."
+                f" In a virtual displacement along which {letter} is δ{letter} the force λ does "
+                f"the work λ δ{letter}; therefore {enumerate_words(loads)} "
+                f"{'are' if len(loads) > 1 else 'is'} added to the generalized forces."
             )
         stages.append(Stage("Constraints on velocities", sentence, _list_demands(rolling)))
     return stages
+
+
+_INTEGRABLE = {
+    True: (
+        " ψ is linear in the velocities; here the constraints can be integrated, so that they "
+        "restrict positions alone.",
+        "",
+    ),
+    False: (
+        " ψ, linear in the velocities, cannot be integrated.",
+        " ψ = 0 must not be substituted into T.",
+    ),
+    None: (
+        " ψ, linear in the velocities, need not be integrable.",
+        " Where it is not, ψ = 0 must not be substituted into T.",
+    ),
+}
+"""What is said of ψ, and of T, by whether it can be integrated; None if that is undecided."""
+
+
+def _integrate(ties: Sequence[Tie]) -> bool | None:
+    """Return whether constraints integrate to ones on positions alone; None if undecided."""
+    # They do if they allow the bracket of any two displacements that they allow (G. Frobenius, J.
+    # reine angew. Math. 82 (1877) 230)
+    ring = ties[0].demand.ring
+    velocities = ring.names(Kind.VELOCITY)
+    rows = [list(map(tidy, tie.slopes(ring))) for tie in ties]
+    try:
+        basis = independent_displacements(ring, rows, len(velocities))
+    except DerivationError:
+        return None
+    quasi = any(coordinate_of(v) == v for v in velocities)
+    if quasi or sum(map(len, chain(*basis))) > _LONGEST:
+        return None
+    closed = set[str]()
+    gaps = [tie.demand for tie in ties if not tie.of_velocities]
+    for gap in gaps:  # which gives a coordinate by others, or may restrict any of its own
+        names = {g.name for g in gap.generators() if g.kind is Kind.COORDINATE}
+        others = {g.name for other in gaps if other is not gap for g in other.generators()}
+        solved = [name for name in sorted(names - others) if is_constant(gap.diff(name))]
+        closed |= {*solved[:1]} or names
+    for a, b in combinations(basis, 2):
+        slopes = zip(map(ring.along, a), map(ring.along, b), strict=True)
+        bracket = [project(x, [b])[0] - project(y, [a])[0] for x, y in slopes]
+        for rest in project(bracket, rows):
+            if not rest.vanishes():  # it might yet where Φ = 0
+                return False if closed.isdisjoint(g.name for g in rest.generators()) else None
+    moving = [tie.demand.linear(velocities)[1] for tie in ties if tie.of_velocities]
+    timed = any(entry.kinds & TIMED for row in rows for entry in row)
+    return None if timed or any(moving) else True
 
 
 def _differentiate_loops(loops: Sequence[Tie]) -> list[Stage]:
@@ -347,6 +436,8 @@ def multiplier_stages(
         "The equations of motion are linear in the multipliers. In this order, each gives one more "
         "of them in terms of the accelerations; the remaining equations do not contain them."
     )
+    if say_where(solved.values()):
+        sentence += " Where the factor before a multiplier is zero, its line does not give it."
     return [Stage("Multipliers", sentence, tuple(results))]
 
 
@@ -429,7 +520,8 @@ def sweep(
 
 def independent_displacements(ring: Ring, rows: Sequence[Column], count: int) -> list[Column]:
     """Return a basis S of the displacements with A δq = 0, each with a part for every velocity."""
-    allowed, left = sweep(ring, rows, count)
+    # the later ones follow from the first
+    allowed, left = sweep(ring, rows, count, range(count, 0, -1))
     return _solve_by_cramer(ring, allowed.basis, [rows[k] for k in left]) if left else allowed.basis
 
 

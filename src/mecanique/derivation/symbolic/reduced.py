@@ -43,6 +43,7 @@ from mecanique.derivation.symbolic.multipliers import (
     is_constant,
     loop_stages,
     name_of,
+    say_where,
     solve_multipliers,
 )
 from mecanique.derivation.symbolic.symbols import Algebra, coordinate_of
@@ -357,7 +358,7 @@ _CLOSING = (
 )
 _LEFT_BY_LOOPS = (
     "The loops give every other coordinate for each {0}, with the velocity K {0}' and the "
-    "acceleration K {0}'' + L {0}'²; the equations reduce to one without multipliers. J is the "
+    "acceleration K {0}'' + L {0}'²; the equations reduce to one without multipliers{2}. J is the "
     "inertia referred to {0}, and {1} half its derivative dJ/d{0}."
 )
 
@@ -394,7 +395,8 @@ class ReducedEquation:
         lines = [line for stage in self.derivation.stages[-3:] for line in stage.results]
         *_, change = lefts_of(lines)
         equation, _ = self.derivation.written or ()
-        sentence = _LEFT_BY_LOOPS.format(self.coordinate, change.symbol)
+        where = say_where(term.value for term in (*self.ratios, *self.changes))
+        sentence = _LEFT_BY_LOOPS.format(self.coordinate, change.symbol, where)
         return Ending(sentence, (*lines, equation), self.derivation.unknowns)
 
 
@@ -548,10 +550,7 @@ class _Reducing:
         M, h = mass_and_bias(self.algebra, [J * a + C * v**2 + rest - forces])
         closed = [stage for stage in loop_stages(full.ties, of_work=True) if stage.title == "Loops"]
         before = [stage for stage in full.stages if stage.title in _ENERGIES]
-
-        def state(coefficients: Sequence[Coefficient]) -> tuple[Result, ...]:
-            return tuple(coefficient.result() for coefficient in coefficients)
-
+        first, second = (tuple(map(Coefficient.result, ratios)) for ratios in (K, L))
         pairs = ((inertia, J), (change, C))
         inertias = tuple(
             Result(Left(name_of(a)), b, partial(self._by_coefficients, b)) for a, b in pairs
@@ -565,8 +564,8 @@ class _Reducing:
             stages=(
                 *before,
                 *closed,
-                Stage("Kinematic coefficients", _FOLLOW.format(kept), state(K)),
-                Stage("Derivatives of the coefficients", _CHANGE.format(kept), state(L)),
+                Stage("Kinematic coefficients", _FOLLOW.format(kept), first),
+                Stage("Derivatives of the coefficients", _CHANGE.format(kept), second),
                 Stage(f"Inertia referred to {kept}", _INERTIA.format(*letters), inertias),
             ),
             closing=_CLOSING.format(*letters),

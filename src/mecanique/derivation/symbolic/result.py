@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from math import inf
 
@@ -19,7 +19,7 @@ from mecanique.derivation.symbolic.derivation import (
     lefts_of,
 )
 from mecanique.derivation.symbolic.lagrange import ENERGY_INTEGRAL, Lagrange
-from mecanique.derivation.symbolic.multipliers import Quotient
+from mecanique.derivation.symbolic.multipliers import Quotient, say_where
 from mecanique.derivation.symbolic.reduced import reduce_by_momenta, reduce_to_one
 from mecanique.derivation.symbolic.solution import EliminatedSolution, solve
 from mecanique.derivation.symbolic.symbols import coordinate_of
@@ -64,17 +64,17 @@ def result_of(derivation: Derivation) -> Ending:
         if derivation.ties and solved.rows and all(map(without_common_divisor, solved.rows)):
             kept = enumerate_words([*map(coordinate_of, solved.kept)])
             said.append(f"The constraints leave {kept} free.")
-            explicit = solved.accelerations and not _say_where(solved.accelerations.values())
+            explicit = solved.accelerations and not say_where(solved.accelerations.values())
             ring = derivation.algebra.ring
             if not (single or explicit):
-                where = _say_where(Quotient(row, ring.number(1)) for row in solved.rows)
+                where = say_where(Quotient(row, ring.number(1)) for row in solved.rows)
                 said += [] if derivation.quasi else [_ELIMINATED]
                 said.append(f"Without the forces of the constraints these equations remain{where}.")
                 moving = [(name, rate) for name, rate in solved.followers.items() if rate]
                 lines += [Result(ring[name], rate) for name, rate in moving if not derivation.quasi]
                 lines += solved.equations
         if solved.accelerations:
-            where = _say_where(solved.accelerations.values())
+            where = say_where(solved.accelerations.values())
             said.append(f"The accelerations are explicit{where}.")
         if solved.forces:
             by = "" if solved.accelerations else " from the accelerations"
@@ -92,9 +92,10 @@ def result_of(derivation: Derivation) -> Ending:
         are = "is" if len(integrals) == 1 else "are"
         said.append(f"Along any motion {enumerate_words(letters)} {are} constant.")
     said += [reduced.sentence] if reduced.sentence else []
-    # E is stated anew, momenta are not
+    # of momenta the first statement stays; of E the last, with V_eff
     momenta = {left for left in lefts_of(integrals) if left.component}
     new = [line for line in reduced.lines if momenta.isdisjoint(lefts_of([line]))]
+    integrals = [line for line in integrals if {*lefts_of([line])}.isdisjoint(lefts_of(new))]
     return Ending(" ".join(said), (*lines, *integrals, *new), reduced.unknowns)
 
 
@@ -120,10 +121,6 @@ def _insert(reactions: Mapping[str, Series], solved: EliminatedSolution) -> dict
         if Kind.ACCELERATION in force.kinds and Kind.REACTION not in force.kinds
     }
     return {name: force for name, force in moved.items() if len(force.above) <= _LONGEST_INSERTED}
-
-
-def _say_where(values: Iterable[Quotient]) -> str:
-    return " wherever no denominator is zero" if any(value.divided for value in values) else ""
 
 
 def _list_integrals(stages: tuple[Stage, ...]) -> Iterator[Result]:

@@ -182,11 +182,11 @@ class Displacements:
         self.deltas = [self.ring.unknown(name, Kind.VARIATION) for name in self.names]
         self.meanings: dict[str, str] = {}
         """The meaning of each, by its name."""
+        free = "" if algebra.mechanism.constrained else "arbitrary, "
         for name, v in zip(self.names, algebra.velocities, strict=True):
             q = coordinate_of(v)
             of = f"that belongs to the velocity {v}" if q == v else f"of {q}"
-            meaning = f"virtual displacement {of}: small, arbitrary, at fixed time"
-            self.meanings[name] = meaning
+            self.meanings[name] = f"virtual displacement {of}: small, {free}at fixed time"
 
     def vary(self, velocity: Vector) -> Vector:
         """Return the virtual displacement that belongs to a velocity: Σ ∂v/∂q' δq."""
@@ -450,10 +450,13 @@ class VirtualWork:
         yield from self._equilibrium(cut)
         entries = self._ledger.enter(cut)
         if entries:
+            taken = {name.replace("phi", "φ") for name in self._displacements.names}
+            move, turn = ("" if letter in taken else f" {letter}" for letter in ("δr", "δφ"))
             sentence = (
-                "Each force F does work in the virtual displacement δr of its point, each couple C "
-                "in the virtual rotation δφ of the body: δW is the sum of the products of their "
-                f"components. Components that are not listed are zero.{self._ledger.locate(cut)}"
+                f"Each force F does work in the virtual displacement{move} of its point, each "
+                f"couple C in the virtual rotation{turn} of the body: δW is the sum of the "
+                "products of their components. Components that are not listed are zero."
+                f"{self._ledger.locate(cut)}"
             )
             yield Stage(f"Virtual work on {cut.body}", sentence, tuple(entries))
 
