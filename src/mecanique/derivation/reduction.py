@@ -102,14 +102,9 @@ class Reduction(Legible):
         """
         values = self._compute_states(samples, np.random.default_rng(seed))
         evaluate = Evaluation(self.found.derivation.algebra.ring, values)
-        worst = 0.0
-        for parts in self.found.parts:
-            worst = max(worst, relative_rest([evaluate(part) for part in parts]))
-        for coordinate in self.found.ignored:
-            worst = max(
-                worst, relative_rest([evaluate(coordinate.rate), -values[f"{coordinate.name}'"]])
-            )
-        return worst
+        sums = [[*map(evaluate, parts)] for parts in self.found.parts]
+        sums += [[evaluate(x.rate), -values[f"{x.name}'"]] for x in self.found.ignored]
+        return max(map(relative_rest, sums), default=0.0)
 
     def _compute_states(self, samples: int, random: np.random.Generator) -> dict[str, Any]:
         """Compute motions by the full equations at random states, with momenta, by name."""
@@ -302,14 +297,13 @@ class SingleEquation(Legible):
 
     def _check_followers(self, values: Mapping[str, float]) -> float:
         """Return the largest disagreement of a dependent acceleration with K θ'' + L θ'²."""
-        kept, worst = self.coordinate, 0.0
-        v, a = values[f"{kept}'"], values[f"{kept}''"]
-        changes = {L.coordinate: L.name for L in self.found.changes}
+        v, a = (values[f"{self.coordinate}{dots}"] for dots in ("'", "''"))
+        changes = {L.coordinate: values[L.name] for L in self.found.changes}
+        sums = []
         for K in self.found.ratios:
-            L = values[changes[K.coordinate]]
-            parts = [values[K.name] * a, L * v**2, -values[f"{K.coordinate}''"]]
-            worst = max(worst, relative_rest(parts))
-        return worst
+            due = -values[f"{K.coordinate}''"]
+            sums.append([values[K.name] * a, changes[K.coordinate] * v**2, due])
+        return max(map(relative_rest, sums), default=0.0)
 
     def _close(self, q: np.ndarray, rate: float) -> dict[str, Any] | None:
         """Close the loops near q; return all values there, None if singular or not closed."""

@@ -209,7 +209,12 @@ def vanishes_nowhere(entry: Series) -> bool:
 
 def divide_common(column: Sequence[Series], *kinds: Kind) -> list[Series]:
     """Divide series by the number and the letters, parameters by default, that all contain."""
-    whole = [polynomial for entry in column for polynomial in _list_polynomials(entry)]
+    # the coefficients of the products of sines and cosines
+    whole = [
+        Series(entry.ring, {0: part}, entry.denominator, entry.reach)
+        for entry in column
+        for part in entry.parts.values()
+    ]
     if not whole:
         return list(column)
     shared = whole[0].ring.monomial(common_monomial(whole, {*kinds} or {Kind.PARAMETER}))
@@ -229,14 +234,6 @@ def divide_waves(column: Sequence[Series]) -> list[Series]:
                     break
                 divided = whole
     return divided
-
-
-def _list_polynomials(entry: Series) -> list[Series]:
-    """Return the coefficients of the products of sines and cosines."""
-    return [
-        Series(entry.ring, {0: part}, entry.denominator, entry.reach)
-        for part in entry.parts.values()
-    ]
 
 
 def _solve(unknowns: Sequence[Series], balance: _Balance, k: int) -> tuple[str, Quotient]:

@@ -250,12 +250,13 @@ class Ledger:
         """Return a sentence that says where weight and inertia forces act."""
         if not cut.inert:
             return ""
-        if self._seat_of_inertia(cut)[0] is not None:
-            falls = any(cut.weight.force)
-            weight = "The weight acts at the center of mass, t" if falls else "T"
-            where = f"where their resultant acts, at the distance s_{cut.body}"
-            return f" {weight}he inertia forces {where}."
         falls = any(cut.weight.force)
+        if self._seat_of_inertia(cut)[0] is not None:
+            weight = "The weight acts at the center of mass, t" if falls else "T"
+            return (
+                f" {weight}he inertia forces where their resultant acts, at the distance "
+                f"s_{cut.body}."
+            )
         both = "Weight and inertia forces act" if falls else "The inertia forces act"
         return f" {both} at the center of mass."
 
@@ -415,7 +416,7 @@ class VirtualWork:
         sentence = (
             "A virtual displacement must satisfy the constraints at fixed time: with it in place "
             f"of the velocities, the terms of {where} that contain velocities sum to zero. That "
-            f"leaves {count} of them independent, {words}; all others follow."
+            f"leaves {count} independent, {words}; all others follow."
         )
         yield Stage("Independent displacements", sentence, tuple(results))
 
