@@ -89,8 +89,8 @@ def test_products_of_inertia_add_to_the_kinetic_energy() -> None:
         ("heavy_top", "for top along those of tilted, which do not spin with top."),
         (
             "gyroscope",
-            "for inner along its own; for rotor along those of inner, which do not spin with "
-            "rotor.",
+            "for inner along the body's own; for rotor along those of inner, which do not spin "
+            "with rotor.",
         ),
         ("rotating_plate", ""),
         ("double_pendulum", ""),

@@ -65,11 +65,12 @@ class Axes:
 
     # shape (3, 3), directions of forces, in the axes of the body's carrier
     rows: Sequence[Sequence[Any]]
-    labels: tuple[str, str, str]  # name of each; the reaction along "x" is R_joint_x
-    signs: tuple[int, int, int]  # 1, or −1 if the reaction is positive in the opposite direction
     turns: Sequence[Sequence[Any]]  # shape (3, 3), directions of moments
-    turn_labels: tuple[str, str, str]  # name of each; "" for the normal of a plane
     sentence: str  # a sentence that introduces them to the reader
+    labels: tuple[str, str, str] = _LABELS  # the reaction along "x" is R_joint_x
+    turn_labels: tuple[str, str, str] = _LABELS  # "" for the normal of a plane
+    # 1, or −1 if the reaction is positive in the opposite direction
+    signs: tuple[int, int, int] = (1, 1, 1)
     # names of the bodies, or "the world", whose axes x, y and z forces and moments are along
     whose: Mapping[str, str] = field(default_factory=lambda: dict.fromkeys(_KINDS, "the world"))
 
@@ -104,7 +105,7 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
         rotation = kinematics.turn(kinematics.place[body])
         rows = []
         for unit in (n, t, joint.axis):
-            rows.append([_dot(row, unit) for row in rotation])
+            rows.append([combination(row, unit) for row in rotation])
         pin = joint.name
         sentence = (
             f"The unit vectors n, t and k turn with the body: n points from {pin} to the center of "
@@ -112,15 +113,15 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
             f"R_{pin}_n is positive toward {pin}, opposite to n, and R_{pin}_t along t. Moments "
             "are positive in the sense of the angle."
         )
-        names, turning = ("n", "t", "k"), dict.fromkeys(_KINDS, body)
-        return Axes(rows, names, (-1, 1, 1), rows, ("n", "t", ""), sentence, turning)
+        labels, turning = (("n", "t", "k"), ("n", "t", "")), dict.fromkeys(_KINDS, body)
+        return Axes(rows, rows, sentence, *labels, (-1, 1, 1), turning)
     at = int(np.abs(normal).argmax())
     sign = 1 if normal[at] > 0 else -1
     about = [sign * entry for entry in _UNITS[at]]
     ring = kinematics.algebra.ring
     if not any(link.kind == "turn" for link in kinematics.tree):
         sentence = "x, y and z are the axes of the world."
-        return Axes(_UNITS, _LABELS, (1, 1, 1), _UNITS, _LABELS, sentence)
+        return Axes(_UNITS, _UNITS, sentence)
     pivot, rows, whose = _find_pivot(kinematics, body), [*map(list, _UNITS)], "the world"
     if pivot >= 0 and kinematics.tree[pivot].kind == "slide" and not kinematics.stands(pivot):
         rows, whose = kinematics.axes(pivot, body), kinematics.name_axes(pivot)
@@ -134,7 +135,8 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
     sentence = (
         f"{plane} are the axes of {whose}; forces are positive along them, moments about {axis}."
     )
-    return Axes(rows, _LABELS, (1, 1, 1), turns, (x, y, z), sentence, dict.fromkeys(_KINDS, whose))
+    axes = dict.fromkeys(_KINDS, whose)
+    return Axes(rows, turns, sentence, turn_labels=(x, y, z), whose=axes)
 
 
 def _axes_in_space(kinematics: Kinematics, body: str) -> Axes:
@@ -162,15 +164,8 @@ def _axes_in_space(kinematics: Kinematics, body: str) -> Axes:
         said = f"Forces are along x, y and z of {whose}, moments about those of {whose_turns}"
     elif not constant:
         said += "; moments are taken about them"
-    return Axes(
-        rows,
-        _LABELS,
-        (1, 1, 1),
-        turns,
-        _LABELS,
-        f"{said}{constant}.",
-        {"force": whose, "moment": whose_turns},
-    )
+    axes = {"force": whose, "moment": whose_turns}
+    return Axes(rows, turns, f"{said}{constant}.", whose=axes)
 
 
 def _find_pivot(kinematics: Kinematics, body: str) -> int:
@@ -224,14 +219,6 @@ def find_swing(
     n = np.round(across / size)
     t = np.cross(axis, n)
     return joint, tuple(n.tolist()), tuple(t.tolist())
-
-
-def _dot(row: Sequence[Any], unit: Sequence[float]) -> Any:
-    """Multiply a row of a rotation by a direction; ±1 and 0 only pick a component or its sign."""
-    for entry, component in zip(row, unit, strict=True):
-        if component:
-            return entry if component > 0 else -entry
-    return 0
 
 
 @final

@@ -38,10 +38,8 @@ def inertia_stages(kinematics: Kinematics) -> list[Stage]:
         )
     what = "its mass m, the position c of its center of mass in its own frame"
     if told:
-        what += (
-            ", and the moments of inertia I about that center, along the axes of that frame that "
-            "it turns about"
-        )
+        what += ", and the moments of inertia I about that center, along the axes of that frame "
+        what += "that it turns about"
     title = "Masses and moments of inertia" if told else "Masses"
     return [Stage(title, f"Of each body: {what}. {told}".rstrip(), (*results,))]
 

@@ -129,17 +129,15 @@ class Kinematics:
         place = self.place[body]
         if place < 0:
             return zero(self.algebra.ring)
-        return self._turning(self.rate(body), self._relative[place])
+        return self.turning(transpose(self.turn(place)), self._of(place))
 
     def turning(self, axes: Sequence[Sequence[Any]], carrier: int) -> Vector:
         """Return the angular velocity of axes, a row each, given like it in those of a carrier."""
-        rates = [[*self.change(lift(self.algebra.ring, axis), carrier)] for axis in axes]
-        return self._turning(transpose(rates), transpose(axes)).tidy()
-
-    def _turning(self, rate: Matrix, turn: Matrix) -> Vector:
-        """Return the angular velocity of a rotation K from its rate, that of ω̂ = K' Kᵀ."""
+        # from ω̂ = K' Kᵀ with the axes as the columns of K
+        ring, turn = self.algebra.ring, transpose(axes)
+        rate = transpose([[*self.change(lift(ring, axis), carrier)] for axis in axes])
         pairs = ((2, 1), (0, 2), (1, 0))
-        return lift(self.algebra.ring, [combination(rate[i][:3], turn[k][:3]) for i, k in pairs])
+        return lift(ring, [combination(rate[i], turn[k]) for i, k in pairs])
 
     def twist(self, body: str) -> SymbolicWrench:
         """Return the velocity of a body's origin and its spin, in its carrier's axes."""
@@ -342,7 +340,7 @@ def quaternion_stages(algebra: Algebra) -> list[Stage]:
 def geometry_stages(kinematics: Kinematics) -> list[Stage]:
     """Return the step from the coordinates to the velocities of all bodies."""
     mechanism, results = kinematics.algebra.mechanism, list[Result]()
-    turned: dict[str, list[str]] = {}
+    turns, turned = False, dict[str, list[str]]()
     for body in kinematics.bodies:
         given = mechanism.body(body)
         vectors = {}
@@ -353,15 +351,14 @@ def geometry_stages(kinematics: Kinematics) -> list[Stage]:
             spin = kinematics.spin(body).tidy()
             axes, whose, fixed = kinematics.spin_axes(body)
             vectors["omega"] = along(axes, spin)
+            turns |= any(spin)
             if vectors["omega"] != spin:
-                where = f"those of {whose}, which do not spin with {body}"
-                turned.setdefault(where if fixed else "", []).append(body)
+                other = f"those of {whose}, which do not spin with {body}"
+                turned.setdefault(other if fixed else "the body's own", []).append(body)
         for letter, vector in vectors.items():
             results += list_components(f"{letter}_{body}", "xyz", vector.tidy())
     if not results or sum(len(result.right) for result in results) > MOST_LISTED:
         return []
-    names = [str(result.left.quantity) for result in results if isinstance(result.left, Left)]
-    turns = any(name.startswith("omega_") for name in names)
     sentence = (
         "The poses of the bodies as functions of the coordinates give the position r of each "
         "center of mass; its rate is the velocity v"
@@ -373,10 +370,7 @@ def geometry_stages(kinematics: Kinematics) -> list[Stage]:
             " Velocities of a body that rotates freely, and of bodies it carries, are in its axes."
         )
     if turned:
-        places = []
-        for where, bodies in turned.items():
-            own = "its own" if len(bodies) == 1 else "their own"
-            places.append(f"for {enumerate_words(bodies)} along {where or own}")
+        places = [f"for {enumerate_words(names)} along {axes}" for axes, names in turned.items()]
         sentence += (
             " The components of omega are along axes in which the moments of inertia are those "
             f"listed: {'; '.join(places)}."

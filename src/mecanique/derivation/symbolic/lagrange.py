@@ -22,7 +22,6 @@ from mecanique.derivation.printing.equations import (
 )
 from mecanique.derivation.printing.writers import Expression
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
-from mecanique.derivation.scalars.polynomials import exponents
 from mecanique.derivation.scalars.series import TIMED, Euler, Kind, Series
 from mecanique.derivation.symbolic.constraints import bonds_of, ties_of
 from mecanique.derivation.symbolic.derivation import (
@@ -130,18 +129,13 @@ def _say_kinetic(lagrange: Lagrange) -> str:
     kinematics = lagrange.kinematics
     moments = [entry for body in kinematics.bodies for entry in list_moments(kinematics, body)]
     names = [str(entry.left.symbol) for entry in moments if isinstance(entry.left, Left)]
-    said = (
-        "The kinetic energy of a body is half its mass times the square of the velocity of its "
-        "center of mass"
-    )
+    parts = ["half its mass times the square of the velocity of its center of mass"]
     if names:
-        said += (
-            ", plus half its moments of inertia times the squares of its angular velocities about "
-            "their axes"
-        )
+        half = "half its moments of inertia times the squares of its angular velocities"
+        parts.append(f"{half} about their axes")
     if any(name[-1] != name[-2] for name in names):
-        said += ", plus its products of inertia, each times the angular velocities about both axes"
-    said += "; the sum over all bodies is T."
+        parts.append("its products of inertia, each times the angular velocities about both axes")
+    said = f"The kinetic energy of a body is {', plus '.join(parts)}; the sum over all bodies is T."
     if len(lagrange.kinetic) > len(kinematics.bodies):
         said += " A rotor adds half its inertia times the square of the rate of its joint."
     return said
@@ -220,11 +214,7 @@ def _is_timed(series: Series) -> bool:
 
 def _find_orders(series: Series) -> set[int]:
     """Return the degrees of a series' terms in the velocities."""
-    moving = {g.index for g in series.ring.generators if g.kind is Kind.VELOCITY}
-    found = set()
-    for monomial in set().union(*series.parts.values()):
-        found.add(sum(e for i, e in exponents(monomial) if i in moving))
-    return found
+    return {*map(sum, series.coefficients(series.ring.names(Kind.VELOCITY)))}
 
 
 def split_by_degree(series: Series) -> dict[int, Series]:
@@ -432,10 +422,8 @@ class Lagrange:
         for link in self.kinematics.tree:
             inertia = algebra.series(link.armature)
             if inertia:
-                yield (
-                    link.joint,
-                    inertia * algebra.lift(algebra.values[link.coordinates[0]]).ddt() ** 2 / 2,
-                )
+                rate = algebra.lift(algebra.values[link.coordinates[0]]).ddt()
+                yield link.joint, inertia * rate**2 / 2
 
     def _weights(self) -> list[Series]:
         """Return the potential energy −g·(m c) of each body."""
@@ -459,10 +447,8 @@ class Lagrange:
         drives = [work for work in self.works if work.kind == "work"]
         acting = [work.forces for work in drives]
         acting += [tuple(tie.slopes(self.algebra.ring)) for tie in self.ties]
-        free = []
-        for k in range(len(self.algebra.velocities)):
-            free.append(not any(each[k] for each in acting))
-        return free
+        held = {k for forces in acting for k, force in enumerate(forces) if force}
+        return [k not in held for k in range(len(self.algebra.velocities))]
 
     def _closing(self) -> str:
         """The sentence before the equations of motion."""
@@ -474,16 +460,14 @@ class Lagrange:
             held = " + ".join(f"Σ λ {slope}" for slope in slopes)
             drive = f"Q + {held}" if "work" in found else held
         quasi = any(not name.endswith("'") for name in self.algebra.velocities)
+        added = (
+            "; for a velocity that is not the rate of a coordinate the terms of Euler and "
+            "Kirchhoff are added"
+        )
         which = "Lagrange's equations with multipliers" if self.ties else "Lagrange's equations"
         return (
             f"{which} are d/dt ∂T/∂q' - ∂T/∂q + ∂V/∂q{loss} = {drive} for every coordinate q"
-            + (
-                "; for a velocity that is not the rate of a coordinate the terms of Euler and "
-                "Kirchhoff are added."
-                if quasi
-                else "."
-            )
-            + self._say_ties()
+            f"{added if quasi else ''}.{self._say_ties()}"
         )
 
     def _say_ties(self) -> str:

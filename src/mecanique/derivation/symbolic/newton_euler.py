@@ -138,7 +138,7 @@ class NewtonEuler:
             return []
         # of the axes of forces and of moments in a plane, the latter include its normal
         rows = axes.turns if kind == "moment" or "" in axes.turn_labels else axes.rows
-        turning = self.cuts.kinematics.turning(rows, cut.carrier)
+        turning = self.cuts.kinematics.turning(rows, cut.carrier).tidy()
         if not any(cross(turning, vector).tidy()):
             return []
         name = f"Omega_{whose.rpartition(' ')[2]}"
@@ -148,25 +148,19 @@ class NewtonEuler:
         """List in words the forces that act on a body."""
         every = [child for child in self.balances.bodies if self.balances.transmits(child)]
         hung = [child for child in every if self.balances.holder(child) == cut.body]
+        held = [self._name_total(cut)] if self.balances.transmits(cut) else []
         return [
-            *(
-                [f"{self._name_total(cut)} {cut.joint.name}"]
-                if self.balances.transmits(cut)
-                else []
-            ),
+            *held,
             *(["its weight"] if any(cut.weight.force) else []),
             *dict.fromkeys(action.name for action in cut.applied),
             *self.balances.guiding.acting_on(cut),
-            *(f"the opposite of {self._name_total(child)} {child.joint.name}" for child in hung),
+            *(f"the opposite of {self._name_total(child)}" for child in hung),
         ]
 
     def _name_total(self, cut: Cut) -> str:
         """Name what acts across the joint of a body: a reaction, or a total with guides."""
-        return (
-            "the total of reaction and guides in"
-            if self.balances.is_guided(cut)
-            else "the reaction in"
-        )
+        total = "total of reaction and guides" if self.balances.is_guided(cut) else "reaction"
+        return f"the {total} in {cut.joint.name}"
 
     def _list_accelerations(self, cut: Cut) -> list[Result]:
         """Return position, velocity and acceleration of a body's center of mass."""
@@ -231,10 +225,9 @@ class NewtonEuler:
         at = (
             "With the reactions inserted, the balances along and about the free directions of the "
             "joints{} leave one equation for each velocity{}"
-            if self.balances.unknowns
-            else "The balances along and about the free directions of the joints{} are one "
-            "equation for each velocity{}"
         )
+        if not self.balances.unknowns:
+            at = at.replace("With the reactions inserted, t", "T").replace("leave", "are")
         unknown = "The forces λ of the {} remain as unknowns; the {} add as many equations{}"
         if self.algebra.mechanism.loops:
             return f"{at.format('', '.')} {unknown.format('loops', 'loops', ', Φ = 0.')}"

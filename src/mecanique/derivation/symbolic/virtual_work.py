@@ -467,15 +467,13 @@ class VirtualWork:
         spread = distribution_of(self.cuts, cut)
         entries = self.algebra.mechanism.body(body).inertia
         as_particle = bool(cut.mass) and not any(map(self.algebra.series, entries))
-        every = (
-            f"Every particle of {body} has the inertia force -a dm, opposite to its acceleration."
-        )
+        said = f"Every particle of {body} has the inertia force -a dm, opposite to its acceleration"
         if as_particle:
-            every = (
+            said = (
                 f"Without moments of inertia, {body} has the inertia force of a particle, minus "
-                "its mass times the acceleration of its center of mass."
+                "its mass times the acceleration of its center of mass"
             )
-        parts = [every, axes.sentence]
+        parts = [f"{said}.", axes.sentence]
         results = []
         if spread is not None:
             self._unknowns[spread.coordinate] = "distance along a rod from its end [m]"
