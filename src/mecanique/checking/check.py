@@ -340,6 +340,8 @@ class Checker:
         motion = quantity.kind == "motion"
         stretched = self.truth.stretch(residual.sample) if motion else None
         if stretched is None:
+            # off the true values, each letter by an amount of its own: where a factor vanishes, it
+            # would hide the terms of the others
             asked = {
                 name: 1.7 * value + 0.1 * k * np.abs(value)
                 for k, (name, value) in enumerate(residual.sample.values.items())

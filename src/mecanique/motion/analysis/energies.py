@@ -39,7 +39,7 @@ class Energies(Legible):
         springs: shape (n,), V of the springs.
         loads: shape (n,), V of the loads that algebra shows to have a potential.
         work: shape (n,), work since the start of everything that has no potential: dampers, drives,
-            other loads, inputs, prescribed motion and impacts.
+            other loads, inputs, prescribed motion, constraints that move by themselves, impacts.
     """
 
     t: np.ndarray

@@ -310,6 +310,7 @@ class Corners:
 
     def _close_gaps(self, t: float, q: Array, v: Array, rows: list[int]) -> Array:
         """Return the positions next to some at which the gaps of rows are zero."""
+        # Newton's method, from the small gaps that the time of an event leaves
         for _ in range(4 if rows else 0):
             terms = self.rows.at(q, v, t)
             gaps = terms.gaps[rows]
