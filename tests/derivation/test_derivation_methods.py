@@ -109,6 +109,27 @@ def test_the_methods_give_the_series_of_lagrange(
         assert (x - y).vanishes()
 
 
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("bars_and_springs", ["length of spring_B [m]", "length of spring_F [m]"]),
+        ("coupled_pendulums", ["length of spring [m]"]),
+        ("squeezer", ["root in the length of spring"]),
+        ("two_blocks", ["the length of spring1", "the length of spring2"]),
+        ("base_excited_mass", ["the length of spring"]),
+        ("kepler_orbit", ["the length of attraction"]),
+    ],
+)
+@pytest.mark.parametrize("method", ["lagrange", "newton_euler", "virtual_work"])
+def test_each_method_names_distances_or_takes_their_signs_for_granted(
+    name: str, words: list[str], method: str
+) -> None:
+    """A damper contains the square of its length alone, whose sign does not matter."""
+    told = derive_system(name, method).derivation
+    subjects = [assumption.subject for assumption in told.assumptions]
+    assert [*told.lengths.values(), *dict.fromkeys(subjects)] == words
+
+
 def test_reactions_of_the_rod_pendulum_are_the_chapters() -> None:
     """Fundamentals of Dynamics, eqs. 1.14, 1.23, 1.24."""
     equations = derive_system("rigid_bar_pendulum", "newton_euler")

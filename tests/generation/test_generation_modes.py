@@ -19,9 +19,11 @@ from mecanique.derivation.mechanics.switching import (
     close_contacts,
     name_mode,
 )
+from mecanique.generation.mechanics import switching
 from mecanique.generation.mechanics.constrained import inputs_at
 from mecanique.generation.mechanics.switching import SwitchingEquations
 from mecanique.program.evaluation import evaluate
+from mecanique.program.solving import eliminate
 from mecanique.program.traced import trace, values_of
 from mecanique.verification import modes
 from mecanique.verification.states import random_states
@@ -129,6 +131,26 @@ def test_terms_and_modes_on_a_tape_are_those_of_the_engine(mechanism: mq.Mechani
         )
         told += 1
     assert told >= 3
+
+
+def test_rows_without_slip_are_solved_as_a_symmetric_system(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where one slides, its friction acts along other rows, and the system is not symmetric."""
+    mechanism = rolled()
+    equations = SwitchingEquations(mechanism, Letters(close_contacts(mechanism)), lambda _: False)
+    drive = accelerate(equations.terms, equations.elements)
+    eliminated: list[int] = []
+
+    def watch(system: Any, right: Any) -> Any:
+        eliminated.append(len(system))
+        return eliminate(system, right)
+
+    monkeypatch.setattr(switching, "eliminate", watch)
+    for state, sizes in (("sticks", []), ("slips", [1])):
+        mode = name_mode(equations.elements, {"cloth": state}, (0.6, 0.8))
+        equations.solve(mode, drive)
+        assert eliminated == sizes, state
 
 
 @COMPILER

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -61,6 +62,15 @@ def test_coordinates_come_in_the_order_of_the_joints() -> None:
     )
     assert (ALL.nq, ALL.nv) == (18, 16)
     assert list(ALL.coordinates[:2]) == ["u1", "u2"]
+
+
+def test_velocities_come_in_the_order_of_the_coordinates() -> None:
+    order = (*("z", "q"), *ALL.joint("s").coordinates, "u2", *ALL.joint("f").coordinates)
+    sorted_otherwise = replace(ALL, coordinates=Coordinates((*order, "u1")))
+    assert sorted_otherwise.velocities == (
+        *("z'", "q'", *ALL.joint("s").velocities, "u2'", *ALL.joint("f").velocities),
+        *("u1'", "p_x'", "p_y'", "p_theta'"),
+    )
 
 
 def test_the_tree_places_each_joint_after_the_one_that_carries_it() -> None:

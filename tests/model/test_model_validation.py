@@ -106,6 +106,21 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
         },
         "the coordinate map sets 's_qx', but a quaternion's joint cannot be driven",
     ),
+    "scattered quaternion": (
+        {
+            "bodies": (GROUND, BLOCK, Body("other", BLOCK.shapes[0])),
+            "joints": (Spherical("s", "ground", "block"), Revolute("r", "block", "other")),
+            "coordinates": Coordinates(("s_qx", "s_qy", "r", "s_qz", "s_qw")),
+        },
+        "the coordinates of joint 's' must follow one another: s_qx, s_qy, s_qz, s_qw",
+    ),
+    "quaternion that begins late": (
+        {
+            "joints": (Spherical("s", "ground", "block"),),
+            "coordinates": Coordinates(("s_qy", "s_qz", "s_qw")),
+        },
+        "the coordinates of joint 's' must follow one another: s_qx, s_qy, s_qz, s_qw",
+    ),
     "idle coordinate": (
         {"coordinates": Coordinates(("u",))},
         "coordinate 'u' moves nothing: no joint has it, "

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.linalg import null_space
@@ -14,6 +17,7 @@ from mecanique.model import (
     Coordinates,
     Floating,
     Mechanism,
+    Planar,
     Revolute,
     Shape,
     Spherical,
@@ -22,7 +26,10 @@ from mecanique.model import (
 )
 from mecanique.reference.engine.tree import EngineTree
 from mecanique.reference.loops.assembly import held_columns
+from mecanique.reference.originals import drake, exudyn, mujoco
+from mecanique.reference.originals.original import Chart
 from mecanique.reference.reference import Reference
+from mecanique.verification.stencil import differences
 
 BRICK = Shape(1.7, (0.1, -0.2, 0.3), (0.5, 0.6, 0.4, 0.05, -0.03, 0.02))
 
@@ -113,3 +120,72 @@ def test_quaternions_of_any_length_are_one_position() -> None:
         chart.place(length * q, 0.0)
         at = next(to for to, _ in chart._quaternions)
         np.testing.assert_allclose(chart.p[at : at + 4], q, rtol=1e-15, atol=0)
+
+
+def swing(q: np.ndarray, v: np.ndarray, t: float) -> np.ndarray:
+    """Where a body with a quaternion is next to a state, with its velocities in its own axes."""
+    turned = Rotation.from_quat(q[-4:]) * Rotation.from_rotvec(v[-3:] * t)
+    shifted = q[:-4] + (Rotation.from_quat(q[-4:]).apply(v[:3]) * t if len(q) == 7 else 0.0)
+    return np.concatenate([shifted, turned.as_quat()])
+
+
+@pytest.mark.parametrize(
+    ("chart", "poses", "twists"),
+    [
+        (drake._free, lambda p: (p[4:], quaternion_w_first(p[:4])), "world"),
+        (mujoco._free, lambda p: (p[:3], quaternion_w_first(p[3:])), "place in the world"),
+        (exudyn._free, lambda p: (p[:3], Rotation.from_euler("XYZ", p[3:])), "rates"),
+        (drake._ball, lambda p: (np.zeros(0), Rotation.from_euler("xyz", p)), "world"),
+    ],
+    ids=["drake free", "mujoco free", "exudyn free", "drake ball"],
+)
+def test_an_engine_counts_the_same_pose_and_the_same_motion(
+    chart: Chart, poses: Callable[[np.ndarray], tuple[np.ndarray, Rotation]], twists: str
+) -> None:
+    """Its positions are the body's, its velocities u = T v of the flow, and Ṫ v the rate of u."""
+    random = np.random.default_rng(3)
+    for size in [3 if chart is drake._ball else 6] * 4:
+        q = np.concatenate([random.normal(size=size - 3), Rotation.random(rng=random).as_quat()])
+        v = random.normal(size=size)
+        R, omega = Rotation.from_quat(q[-4:]), v[-3:]
+        positions, T, drift = chart(q, v)
+        place, turn = poses(positions)
+        np.testing.assert_allclose(place, q[:-4], rtol=0, atol=1e-14)
+        np.testing.assert_allclose((turn * R.inv()).magnitude(), 0, rtol=0, atol=1e-14)
+        linear = R.apply(v[:3])[: size - 3]
+
+        def along(number: int, q: np.ndarray = q, v: np.ndarray = v) -> np.ndarray:
+            """The rates of positions, or of T v, as the body moves on."""
+
+            def step(steps: np.ndarray) -> np.ndarray:
+                answers = (chart(swing(q, v, t), v) for (t,) in steps)
+                return np.array([a[0] if number == 0 else a[1] @ v for a in answers])
+
+            return differences(step, 1, 1e-3)[:, 0]
+
+        expected = {
+            "world": np.concatenate([R.apply(omega), linear]),
+            "place in the world": np.concatenate([linear, omega]),
+            "rates": along(0)[: len(v)],
+        }[twists]
+        np.testing.assert_allclose(T @ v, expected, rtol=0, atol=1e-10)
+        np.testing.assert_allclose(drift, along(1), rtol=0, atol=1e-9)
+
+
+def quaternion_w_first(p: np.ndarray) -> Rotation:
+    return Rotation.from_quat(p[[1, 2, 3, 0]])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_point_of_a_slanted_plane_is_where_the_engine_has_it(seed: int) -> None:
+    axes = Rotation.random(rng=np.random.default_rng(seed)).as_matrix()
+    rotation = SimpleNamespace(matrix=lambda: axes)
+    pose = SimpleNamespace(rotation=lambda: rotation)
+    chart = drake._planar(SimpleNamespace(GetFixedPoseInBodyFrame=lambda: pose))
+    x, y, z = axes[:, 2].tolist()
+    ours = np.array(Planar("plane", "a", "b", axis=(x, y, z)).directions)
+    q, v = np.random.default_rng(seed).normal(size=(2, 3))
+    positions, T, drift = chart(q, v)
+    np.testing.assert_allclose(axes[:, :2] @ positions[:2], q[:2] @ ours, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(axes[:, :2] @ (T @ v)[:2], v[:2] @ ours, rtol=0, atol=1e-14)
+    assert (positions[2], (T @ v)[2], *drift) == (q[2], v[2], 0, 0, 0)

@@ -368,6 +368,12 @@ def test_a_weld_to_the_ground_bears_the_weight_of_what_stands_on_it() -> None:
     assert reference.energy(None).gravity == pytest.approx(9.81 * (2 * 1 + 3 * 2), rel=1e-12)
     assert reference.mass_matrix(None).shape == (0, 0)
     assert reference.acceleration(None).shape == (0,)
+    # of all bodies at rest, though no joint carries them
+    poses, *rates = reference.motions(None)
+    assert poses[2, :3, 3] == pytest.approx([5, 0, 2], rel=1e-12)
+    assert not np.any(rates)
+    assert not np.any(reference.momentum(None))
+    assert not np.any(reference.resultant(None))  # of what moves
 
 
 def test_everything_may_be_prescribed() -> None:

@@ -655,6 +655,48 @@ def test_each_family_of_a_link_says_what_it_changes_and_how_plain_that_is() -> N
     assert f"a point mass of {m / 4:.6g} kg less" in lighter
 
 
+@pytest.mark.parametrize(
+    ("inertia", "grams", "millimeters"),
+    [
+        (np.diag([0.3, 0.4, 0.5]) + 0.01, 1e3, 1.0),
+        (np.diag([0.3, 0.4, 0.5]) + 0.01, 1.0, 1e3),
+        (np.zeros((3, 3)), 1e3, 1.0),
+    ],
+    ids=["grams", "millimeters", "grams of a particle"],
+)
+def test_families_of_a_link_change_the_same_in_any_unit(
+    inertia: Array, grams: float, millimeters: float
+) -> None:
+    some = evidence()
+    effect = links.LinkEffect.of(some, some.regressor[:, :, 1])
+    J = moments_of(2.5, np.array([0.5, -0.25, 1.0]), inertia)  # exact: a particle stays one
+    units = np.diag([millimeters, millimeters, millimeters, 1.0])
+    kilograms, others = (
+        list(links._families(links._Link(1, "link 'b'", moments), effect, root=False))
+        for moments in (J, grams * units @ J @ units)
+    )
+    assert len(kilograms) == len(others) == (16 if inertia.any() else 7)
+    for family, other in zip(kilograms, others, strict=True):
+        x = np.full(len(family.starts[0]), 0.25)
+        changed, expected = other.change(x).moments[1], family.change(x).moments[1]
+        assert np.abs(expected - J).max() > 1e-8
+        np.testing.assert_allclose(
+            changed, grams * units @ expected @ units, rtol=1e-9, atol=1e-12 * grams
+        )
+
+
+def test_turns_of_an_inertia_begin_on_all_sides() -> None:
+    some = evidence()
+    effect = links.LinkEffect.of(some, some.regressor[:, :, 1])
+    link = links._Link(1, "link 'b'", some.recursion.moments[1])
+    families = links._families(link, effect, root=False)
+    (none, _, *others), *more = (f.starts for f in families if f.kind == "inertia turn")
+    assert not more
+    assert not none.any()
+    assert (np.min(others, axis=0) < -0.5).all()
+    assert (np.max(others, axis=0) > 0.5).all()
+
+
 def test_each_family_of_a_joint_moves_turns_or_tilts_it_as_it_says() -> None:
     some = evidence()
     k, X = 1, evidence().recursion.origins[1]

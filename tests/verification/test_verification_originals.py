@@ -7,7 +7,7 @@ import re
 import subprocess
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -384,6 +384,24 @@ def test_joints_with_several_velocities_are_compared(
         if not found.missing:
             assert found.worst is not None
             assert found.worst < 1e-12, found
+
+
+@pytest.mark.parametrize("mechanism", [pair("planar"), mq.read(MOVING), mq.read(JOINTED)])
+def test_drake_agrees_within_this_process_as_well(
+    mechanism: mq.Mechanism, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a process of its own a fault is not seen by what changes the code here, as mutate.py."""
+    pytest.importorskip("pydrake")
+
+    def run(command: list[str], **given: Any) -> subprocess.CompletedProcess[str]:
+        answer = json.dumps(drake._answer(json.loads(given["input"])))
+        return subprocess.CompletedProcess(command, 0, answer, "")
+
+    monkeypatch.setattr(subprocess, "run", run)
+    (found,) = read_by(mechanism, ("drake",), 0)
+    assert not found.missing
+    assert found.worst is not None
+    assert found.worst < 1e-12, found
 
 
 @pytest.mark.engine

@@ -40,6 +40,7 @@ from mecanique.model.mechanism_units import characteristic_length
 from mecanique.reference import Reference
 from mecanique.verification import states
 from mecanique.verification.compare import verify
+from mecanique.verification.facts import Bench
 from mecanique.verification.states import random_states
 
 
@@ -280,3 +281,13 @@ def test_a_wheel_is_not_compared_where_it_lies_almost_flat(crown: float, seed: i
     assert (height > crown + 0.00999 * (radius - crown)).all()
     assert height.min() < crown + 0.1 * (radius - crown)
     assert verify(wheel, 100, seed).agrees
+
+
+@pytest.mark.parametrize("source", ["reference", "derive"])
+@pytest.mark.parametrize("name", ["double_pendulum", "kepler_orbit"])
+def test_facts_are_asked_of_the_better_half_of_twice_as_many_states(name: str, source: str) -> None:
+    bench = Bench(textbook.entry(name), {}, source, samples=5, seed=3)
+    drawn = random_states(bench.mechanism, 10, 3, derive(bench.mechanism).derivation.assumptions)
+    worth = np.linalg.cond(Reference(bench.mechanism).mass_matrix(drawn.q))
+    better = drawn.q[np.argsort(worth)[:5]]
+    np.testing.assert_array_equal([q for q, _, _ in bench.states], better)

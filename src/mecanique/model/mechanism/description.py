@@ -71,14 +71,13 @@ class Description:
     @cached_property
     def velocities(self) -> tuple[str, ...]:
         """Names of the velocities v: q' for a coordinate q, components for a quaternion."""
-        quasi = {joint.coordinates[0]: joint for joint in self.joints if joint.quaternion}
-        inside = {name for joint in quasi.values() for name in joint.coordinates}
-        names: list[str] = []
+        quasi = {
+            name: joint for joint in self.joints if joint.quaternion for name in joint.coordinates
+        }
+        names: dict[str, None] = {}
         for coordinate in self.coordinates:
-            if coordinate in quasi:
-                names.extend(quasi[coordinate].velocities)
-            elif coordinate not in inside:
-                names.append(f"{coordinate}'")
+            joint = quasi.get(coordinate)
+            names |= dict.fromkeys([f"{coordinate}'"] if joint is None else joint.velocities)
         return tuple(names)
 
     @property

@@ -226,6 +226,12 @@ def _names(m: Description) -> Iterator[str]:
                 f"coordinate {name!r} moves nothing: no joint has it, and the coordinate map "
                 "does not depend on it"
             )
+    for joint in m.joints:
+        if joint.quaternion and of_quaternions <= {*m.coordinates.names}:
+            start, together = m.coordinates.names.index(joint.coordinates[0]), joint.coordinates
+            if m.coordinates.names[start : start + len(together)] != together:
+                order = ", ".join(together)
+                yield f"the coordinates of joint {joint.name!r} must follow one another: {order}"
     clash = {*m.coordinates.names} & {
         *(p.symbol for p in m.parameters),
         *(i.symbol for i in m.inputs),
