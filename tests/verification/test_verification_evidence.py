@@ -349,6 +349,7 @@ def test_each_slip_of_a_link_changes_what_its_words_say_and_nothing_else() -> No
         for what, slip in links._variants(J, pose, frame, root=False)
     ]
     assert len(found) > 40
+    assert len({(what, slip.text, slip.value.tobytes()) for what, slip, *_ in found}) == len(found)
     for what, slip, mass, center, tensor in found:
         if what in ("center of mass", "inertia") or what.startswith("center of mass and"):
             assert mass == pytest.approx(m, rel=1e-12)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -38,9 +39,10 @@ from mecanique.model import (
 )
 from mecanique.model.mechanism_units import characteristic_length
 from mecanique.reference import Reference
+from mecanique.textbook import facts
 from mecanique.verification import states
 from mecanique.verification.compare import verify
-from mecanique.verification.facts import Bench
+from mecanique.verification.facts import Bench, check_facts
 from mecanique.verification.states import random_states
 
 
@@ -291,3 +293,18 @@ def test_facts_are_asked_of_the_better_half_of_twice_as_many_states(name: str, s
     worth = np.linalg.cond(Reference(bench.mechanism).mass_matrix(drawn.q))
     better = drawn.q[np.argsort(worth)[:5]]
     np.testing.assert_array_equal([q for q, _, _ in bench.states], better)
+
+
+@pytest.mark.parametrize(("part", "holds"), [(1.0, True), (0.5, False)])
+@pytest.mark.parametrize("source", ["reference", "derive"])
+def test_what_is_conserved_may_contain_time(part: float, holds: bool, source: str) -> None:
+    """Of what falls with a: x' − a t, and x − x' t + a t² / 2."""
+
+    def at_the_start(s: facts.Values) -> list[facts.Number]:
+        a = part * s.g * (s.m1 - s.m2) / (s.m1 + s.m2 + s.M / 2)
+        return [s["x'"] - a * s.t, s.x - s["x'"] * s.t + a * s.t**2 / 2]
+
+    system = textbook.entry("atwood_machine")
+    stated = replace(system, facts=(facts.Conserved("its state at the start", at_the_start),))
+    (row,) = check_facts(stated, source=source)
+    assert row.holds == holds
