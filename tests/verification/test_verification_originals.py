@@ -386,11 +386,9 @@ def test_joints_with_several_velocities_are_compared(
             assert found.worst < 1e-12, found
 
 
-@pytest.mark.parametrize("mechanism", [pair("planar"), mq.read(MOVING), mq.read(JOINTED)])
-def test_drake_agrees_within_this_process_as_well(
-    mechanism: mq.Mechanism, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """In a process of its own a fault is not seen by what changes the code here, as mutate.py."""
+@pytest.fixture
+def drake_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Drake within this process: in its own, what mutate.py changes in the code is not seen."""
     pytest.importorskip("pydrake")
 
     def run(command: list[str], **given: Any) -> subprocess.CompletedProcess[str]:
@@ -398,10 +396,26 @@ def test_drake_agrees_within_this_process_as_well(
         return subprocess.CompletedProcess(command, 0, answer, "")
 
     monkeypatch.setattr(subprocess, "run", run)
+
+
+@pytest.mark.usefixtures("drake_here")
+@pytest.mark.parametrize("mechanism", [pair("planar"), mq.read(MOVING), mq.read(JOINTED)])
+def test_drake_agrees_within_this_process_as_well(mechanism: mq.Mechanism) -> None:
     (found,) = read_by(mechanism, ("drake",), 0)
     assert not found.missing
     assert found.worst is not None
     assert found.worst < 1e-12, found
+
+
+@pytest.mark.usefixtures("drake_here")
+def test_engines_with_and_without_springs_agree_on_the_rest() -> None:
+    """Exudyn's trees have no springs, so that it is compared with Drake's bias alone."""
+    pytest.importorskip("exudyn")
+    readings = read_by(pair("continuous", root="floating"), ("exudyn", "drake"), 0)
+    assert [reading.alike for reading in readings] == [
+        (readings[1].engine, OURS),
+        (readings[0].engine, OURS),
+    ]
 
 
 @pytest.mark.engine
