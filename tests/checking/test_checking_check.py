@@ -249,6 +249,7 @@ def test_numbers_may_stand_for_quantities_where_a_mechanism_has_no_letters() -> 
     push = mq.JointForce("drive", "pin", 6 * mq.sin(2 * mq.time()))
     driven = bar_in_numbers(forces=(push,))
     assert mq.check(driven, "2 q'' + 15 sin(q) - 3 sin(2 t) = 0").right
+    assert mq.check(driven, "2 q'' + 15 sin(q) = 6 sin(t) cos(t)").right
 
 
 def test_a_number_in_a_law_of_time_has_a_unit_beside_letters_too() -> None:

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 from xml.etree import ElementTree
@@ -19,6 +20,7 @@ from hypothesis import strategies as st
 from sympy import sympify
 from systems import derive_system
 
+import mecanique as mq
 from mecanique.derivation.printing.equations import equations, expression
 from mecanique.derivation.printing.expressions import (
     from_sympy,
@@ -673,3 +675,27 @@ def test_what_holds_for_all_bodies_is_said_once(method: str) -> None:
     # what is said of a body points at it
     wheels = " ".join(derive_system("planetary_gear", "newton_euler").text(steps=True).split())
     assert wheels.count("It has no mass, so the forces on it are in balance.") == 3
+
+
+def test_roots_of_measured_lengths_keep_the_size_of_what_was_measured() -> None:
+    arm = mq.Body("arm", mq.Shape(0.43551950590880956, (0.2638633768696583, 0.0, -0.359467207627)))
+    hinge = mq.Revolute("hinge", "ground", "arm", axis=(0.0, 1.0, 0.0), coordinate="q")
+    far, near = (2.59516324883084, 2.87664462208342, 2.283893360614746), (0.123456789123, 0.0, 0.2)
+    spring = mq.Spring("spring", "ground", far, "arm", near, stiffness=20.0, free_length=1.0)
+    arm_on_spring = mq.Mechanism("arm", (mq.Body("ground"), arm), (hinge,), (spring,))
+    printed = mq.derive(arm_on_spring).text(steps=True, symbols=True)
+    assert "rho = sqrt(" in printed
+    numbers = [abs(float(n)) for n in re.findall(r"(?<![\w.])\d+\.\d+(?:e-?\d+)?", printed)]
+    assert max(numbers) < 1e3
+    assert min(numbers) > 1e-6
+    assert mq.check(arm_on_spring, mq.derive(arm_on_spring).text()).right
+    ring = Ring()
+    measured = Fraction("0.71234567891234")
+    assert named_sqrt(ring.number(4 * measured)) == 2 * named_sqrt(ring.number(measured))
+
+
+def test_a_law_of_time_is_printed_with_its_frequency() -> None:
+    cart = mq.textbook.load("cart_pole")
+    shaker = mq.JointForce("shaker", "slide", mq.sin(2 * mq.time()))
+    shaken = replace(cart, forces=(*cart.forces, shaker))
+    assert mq.derive(shaken).text().splitlines()[0].endswith("= F + sin(2 t)")

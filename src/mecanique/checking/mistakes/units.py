@@ -34,6 +34,7 @@ class LetterUnits:
         *,
         with_numbers: bool = False,
     ) -> None:
+        # where numbers hide units, so may the 1 that is not written in cos(t)
         self._simple = 0 if with_numbers else _SIMPLE
         known = dimensions_of(mechanism)
         moving = (*mechanism.coordinates, *mechanism.velocities, "t")
@@ -120,7 +121,8 @@ class LetterUnits:
             return inner[0] if node.name == "abs" else PURE
         if node.name == "sqrt":
             return None if inner[0] is None else tuple(Fraction(x) / 2 for x in inner[0])
-        if node.name != "atan2" and inner[0] not in (None, PURE) and inner[0] is not None:
+        must_be_pure = self._simple and node.name != "atan2"
+        if must_be_pure and inner[0] is not None and inner[0] != PURE:
             raise UnitMisfitError(
                 node,
                 f"the units do not match: the argument of {_quote(node, text)} is in "

@@ -16,7 +16,7 @@ from itertools import product as cartesian
 from typing import TypeAlias
 
 from mecanique.derivation.scalars.polynomials import exponents, largest_exponent, power
-from mecanique.derivation.scalars.series import Kind, Series, canonical
+from mecanique.derivation.scalars.series import GIVEN, Kind, Series, canonical
 
 Trig: TypeAlias = "tuple[tuple[int, int, int], ...]"
 """A product of sines and cosines, each as (packed angle, 1 for sin or 0 for cos, power)."""
@@ -30,11 +30,16 @@ _ANGLES, _EXPANDED, _MULTIPLE = 3, 12, 6
 _WILD = 10_000
 """Numbers are left as they are if larger multiples than this of a common measure remain."""
 
+_TIMED = {Kind.TIME, *GIVEN}
+
 _MANY = 5  # with more sines and cosines than this, only the obvious foldings are tried
 
 
 def shortest(series: Series, *, products: bool) -> Form:
     """Return the form of a series with the fewest symbols."""
+    angles = series.ring.angles
+    # a law of time keeps its frequency: sin 2t is no 2 sin t cos t
+    products = products and any(angles[i].argument.kinds - _TIMED for i in series.turns())
     forms = _list_forms(series, products)
     first, *others = chain(forms, _list_single_angles(series)) if products else forms
     return min(first, *others, key=_rank) if others else first

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import partial
@@ -107,6 +106,12 @@ def _exact_cosine(ring: Ring, twelfths: int) -> Series:
     return table[twelfths]
 
 
+_LEGIBLE = 40
+"""Integers of more bits beneath a root come from measured numbers, whose factors say nothing."""
+_MODERATE = Fraction(10) ** 60
+"""Bound of numbers beneath a root, and of their inverses, so that products remain floats."""
+
+
 def sqrt(series: Series, name: str | None = None) -> Series:
     """Return the square root: exact for squares of monomials and polynomials, otherwise an atom.
 
@@ -145,7 +150,9 @@ def _find_square_content(series: Series) -> tuple[Fraction, int]:
     content = Fraction(
         math.gcd(*(c.numerator for c in numbers)), math.lcm(*(c.denominator for c in numbers))
     )
-    content *= _scale_of(max((c / content).numerator.bit_length() for c in numbers)) ** 2
+    if max((c / content).numerator.bit_length() for c in numbers) > _LEGIBLE:
+        largest = _find_power_of_two(max(map(abs, numbers))) ** 2
+        content = Fraction(1) if 1 / _MODERATE < largest < _MODERATE else largest
     monomials = [m for _, m, _ in series.terms()]
     packed = 0
     for g in series.ring.generators:
@@ -156,8 +163,11 @@ def _find_square_content(series: Series) -> tuple[Fraction, int]:
 
 
 def _take_root(ring: Ring, number: Fraction) -> Series:
-    """Return √(n/d) = √(n d)/d, with one atom per prime."""
+    """Return √(n/d) = √(n d)/d, with one atom per prime, or one for a number of many digits."""
     n, outside, root = number.numerator * number.denominator, 1, ring.number(1)
+    if n.bit_length() > 2 * _LEGIBLE and math.isqrt(n) ** 2 != n:
+        scale = _find_power_of_two(number)  # so that √a and √(4a) are multiples of one atom
+        return _adjoin_root(ring.number(number / scale**2), None) * scale
     prime = 2
     while n > 1 and prime < 10_000:
         if math.isqrt(n) ** 2 == n:
@@ -170,15 +180,14 @@ def _take_root(ring: Ring, number: Fraction) -> Series:
             root = root * _adjoin_root(ring.number(prime), None)
         prime += 1
     if n > 1:
-        scale = _scale_of(n.bit_length())
-        outside *= scale
-        root = root * _adjoin_root(ring.number(Fraction(n, scale**2)), None)
+        root = root * _adjoin_root(ring.number(n), None)
     return root * outside / number.denominator
 
 
-def _scale_of(bits: int) -> int:
-    """Return 2^k by whose square integers of so many bits are divided, to have values as floats."""
-    return 2 ** (bits // 2) if bits > sys.float_info.max_exp // 2 else 1
+def _find_power_of_two(number: Fraction) -> Fraction:
+    """Return 2^k near the root of a positive number."""
+    bits = number.numerator.bit_length() - number.denominator.bit_length()
+    return Fraction(2) ** (bits // 2)
 
 
 def _find_polynomial_root(series: Series) -> Series | None:
