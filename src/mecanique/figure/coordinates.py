@@ -505,7 +505,7 @@ def _rise(setting: Setting, angle: _Angle, axis: Floats) -> Floats:
     arms = _span(setting, name) - setting.poses[angle.body, :3, 3]
     heights = arms @ axis
     aside = np.linalg.norm((arms - heights[:, None] * axis).mean(axis=0))
-    far = float(heights[int(np.argmax(np.abs(heights)))])
+    far = float(heights[int(np.argmax(np.round(np.abs(heights), 9)))])
     alone = not setting.camera.flat and aside < 1e-6 * abs(far)
     return far * axis if alone else np.zeros(3)
 

@@ -772,7 +772,8 @@ def solid_marks(setting: Setting, body: str | None = None) -> Iterator[Mark]:
 
     def order(solid: Outline) -> tuple[bool, bool, float]:
         depth = setting.camera.depth(solid.ends.mean(axis=0))
-        return solid.body != ground, solid.kind == "ball", depth
+        # parts with one center keep their order, whatever rounding says
+        return solid.body != ground, solid.kind == "ball", round(depth, 9)
 
     for solid in sorted(shown, key=order):
         yield from outline(solid, setting.camera)
