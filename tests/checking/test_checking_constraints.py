@@ -101,3 +101,13 @@ def test_a_disk_without_friction_or_rotation_is_named() -> None:
     assert [line.outcome for line in found.lines] == ["wrong", "right", "right"]
     words = " ".join(cause.text for cause in found.causes[:4])
     assert "contact_x (its multiplier) is missing" in words or "particle" in words, str(found)
+
+
+def test_the_root_of_a_free_wheel_is_a_letter_of_its_equations() -> None:
+    wheel = mq.Body("wheel", mq.disk(2.0, 0.2))
+    floor = mq.Rolling("floor", "wheel", 0.2, axis=(0.0, 0.0, 1.0))
+    free = mq.Floating("free", "ground", "wheel")
+    mechanism = mq.Mechanism("wheel", (mq.Body("ground"), wheel), (free,), contacts=(floor,))
+    printed = mq.derive(mechanism).text()
+    assert "rho" in printed
+    assert mq.check(mechanism, printed).right

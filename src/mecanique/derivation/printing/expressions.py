@@ -286,6 +286,8 @@ def _gather(ring: Ring, rows: list[tuple[dict[int, int], Fraction]]) -> list[Pro
             outside.append((d, c))
     above, below = [c.numerator for _, c in inside], [c.denominator for _, c in inside]
     shared_number = Fraction(math.gcd(*above), math.lcm(*below))
+    if max(abs(c) for _, c in inside) > _WILD * shared_number:  # measured numbers share no factor
+        shared_number = Fraction(1)
     inner = add(_gather(ring, [(d, c / shared_number) for d, c in inside]))
     drawn = multiply(number(shared_number), _power(ring, index, e), inner)
     return [drawn, *_gather(ring, outside)]

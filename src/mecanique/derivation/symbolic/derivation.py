@@ -167,7 +167,7 @@ class Derivation:
     Q: tuple[Series, ...]  # generalized forces of springs, dampers, drives and loads
     stages: tuple[Stage, ...]  # the steps that lead to them
     assumptions: tuple[Assumption, ...] = ()  # the assumptions of the closed form
-    # meaning of each root adjoined for springs and dampers, by its printed name
+    # meaning of each root with a name, such as the length of a spring, by its name
     lengths: Mapping[str, str] = field(default_factory=dict)
     closing: str = ""  # a sentence that says how the equations of motion follow from the last step
     # meaning of each reaction or virtual displacement in the steps, by its name

@@ -35,7 +35,7 @@ def assume_length(force: str, length: Series) -> tuple[Assumption, ...]:
 
 
 def length_names(ring: Ring, lengths: Iterable[tuple[str, Series]]) -> dict[str, str]:
-    """Return the meaning of each root in the lengths of springs and dampers, by its name."""
+    """Return the meaning of each root with a name, such as the length of a spring."""
     found: dict[str, list[str]] = {}
     whole: dict[str, bool] = {}
     for name, length in lengths:
@@ -43,7 +43,8 @@ def length_names(ring: Ring, lengths: Iterable[tuple[str, Series]]) -> dict[str,
             if g.index in ring.atoms and ring.atoms[g.index].named:
                 found.setdefault(g.name, []).append(name)
                 whole[g.name] = whole.get(g.name, True) and length == ring[g.name]
-    return {
+    roots = (i for i, atom in ring.atoms.items() if atom.named and atom.function == "sqrt")
+    return dict.fromkeys((ring.generators[i].name for i in roots), "root") | {
         name: f"{'length' if whole[name] else 'root in the length'} of {' and '.join(owners)}"
         + (" [m]" if whole[name] else "")
         for name, owners in found.items()
