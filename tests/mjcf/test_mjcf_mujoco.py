@@ -503,6 +503,13 @@ ATTACHED = {
     "a frame": '<attach model="limb" frame="f" prefix="x_"/>',
     "twice": '<attach model="limb" prefix="x_"/><attach model="limb" body="b" prefix="y_"/>',
     "a model in a model": '<attach model="pair" prefix="y_"/>',
+    "in a replicate": '<replicate count="3" offset="1 0 0" euler="0 0 30">'
+    '<attach model="limb" body="a" prefix="x_"/></replicate>',
+    "all in a replicate": '<replicate count="2" offset="9 0 0" sep="_">'
+    '<attach model="limb" prefix="x_"/></replicate>',
+    "in a replicated body of a replicate": '<replicate count="2" offset="0 2 0"><replicate '
+    f'count="2" euler="0 0 20"><body name="r">{HINGE}{GEOM}<frame pos="1 0 0">'
+    '<attach model="limb" frame="f" prefix="x_"/></frame></body></replicate></replicate>',
 }
 
 

@@ -349,7 +349,7 @@ def test_what_is_attached_says_where_it_is_wrong(tmp_path: Path) -> None:
         '<attach model="limb"/>': "<attach> has no prefix",
         '<attach model="leg" prefix=""/>': "the models among the assets, 'limb'; got 'leg'",
         '<attach model="limb" body="c" prefix=""/>': "model 'limb' has no body 'c'",
-        '<replicate count="2"><attach model="limb" prefix=""/></replicate>': "write the copies out",
+        '<replicate count="0"><attach model="limb" prefix=""/></replicate>': "a count of copies",
     }
     for inside, message in cases.items():
         with pytest.raises(mq.InputError, match=rf"main\.xml:2: .*{re.escape(message)}"):
@@ -440,6 +440,53 @@ def test_meshes_of_files_weigh_what_mujocos_weigh(form: str, tmp_path: Path) -> 
     assert body.center == pytest.approx(theirs.body_ipos[1].tolist(), rel=1e-12)
     moments = np.linalg.eigvalsh(tensor_of([float(entry) for entry in body.inertia]))
     assert sorted(moments) == pytest.approx(sorted(theirs.body_inertia[1]), rel=1e-9)
+
+
+def bowl(corners: list[tuple[float, float]]) -> str:
+    """An OBJ text of a pyramid over a polygon, whose points stand aslant."""
+    turn = np.array([[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])[[1, 2, 0]]
+    points = np.array([*((x, y, 0.1 * x) for x, y in corners), (0.1, 0.2, 0.5)]) @ turn
+    count = len(corners)
+    lines = [f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in points.tolist()]
+    lines.append("f " + " ".join(str(k) for k in range(count, 0, -1)))
+    lines += [f"f {k + 1} {(k + 1) % count + 1} {count + 1}" for k in range(count)]
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize("rule", ["legacy", "exact", "shell"])
+@pytest.mark.parametrize(
+    ("name", "corners"),
+    [
+        ("five", [(0.9, 0.0), (0.2, 0.8), (-0.8, 0.5), (-0.7, -0.6), (0.3, -0.9)]),
+        ("ell", [(0, 0), (0.4, 0), (0.4, 0.1), (0.1, 0.1), (0.1, 0.5), (0, 0.5)]),
+        ("star", [(1.0, 0), (0.2, 0.3), (0, 1.0), (-0.3, 0.2), (-1.0, 0), (-0.2, -0.3), (0, -1.0)]),
+        ("edge", [(0, 0), (0.5, 0), (1, 0), (1, 0.5), (1, 1), (0, 1), (0, 0.5)]),
+    ],
+)
+def test_faces_of_many_corners_are_cut_as_mujoco_cuts_them(
+    name: str, corners: list[tuple[float, float]], rule: str, tmp_path: Path
+) -> None:
+    (tmp_path / f"{name}.obj").write_text(bowl(corners), encoding="utf-8")
+    mesh = f'<mujoco><asset><mesh name="a" file="{name}.obj" inertia="{rule}"/></asset>'
+    file = tmp_path / "robot.xml"
+    file.write_text(f"{mesh}<worldbody>{PART}</worldbody></mujoco>", encoding="utf-8")
+    body = read_mjcf(file).bodies[1]
+    theirs = mujoco.MjModel.from_xml_path(str(file))
+    assert body.mass == pytest.approx(theirs.body_mass[1], rel=1e-12)
+    moments = np.linalg.eigvalsh(tensor_of([float(entry) for entry in body.inertia]))
+    assert sorted(moments) == pytest.approx(sorted(theirs.body_inertia[1]), rel=1e-9)
+
+
+def test_faces_whose_points_are_not_there_are_refused(tmp_path: Path) -> None:
+    mesh = '<mujoco><asset><mesh name="a" file="{}.obj"/></asset>'
+    file = tmp_path / "robot.xml"
+    for name, face in (("two", "1 2"), ("far", "1 2 3 9"), ("many", " 1" * 1001)):
+        (tmp_path / f"{name}.obj").write_text(
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf " + face, encoding="utf-8"
+        )
+        file.write_text(f"{mesh.format(name)}<worldbody>{PART}</worldbody></mujoco>", "utf-8")
+        with pytest.raises(mq.InputError, match="expected faces of 3 to 1000 points"):
+            read_mjcf(file)
 
 
 MESH = '<mujoco><asset><mesh name="a" {}/></asset><worldbody>{}</worldbody></mujoco>'

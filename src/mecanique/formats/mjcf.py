@@ -293,8 +293,7 @@ class _Reader(Source):
             self.gravity = np.zeros(3)
         self._links.append(_Link(GROUND, no_mass(), [], np.eye(4), np.eye(4)))
         for world in root.all("worldbody"):
-            expanded = self._replicate(world, "")[0]
-            self._fill(expanded, self._links[0], "main", np.eye(4), np.zeros(3))
+            self._fill(world, self._links[0], "main", np.eye(4), np.zeros(3))
         self._pull_tendons(root)
         self._add_drives(root)
         return self._mechanism(root)
@@ -351,10 +350,10 @@ class _Reader(Source):
             else:
                 self._note_asset(asset)
         sections: list[Element] = []
-        children = tuple(
-            self._attach(child, attachable, sections) if child.tag == "worldbody" else child
-            for child in root.children
-        )
+        children: list[Element] = []
+        for child in root.children:
+            is_world = child.tag == "worldbody"
+            children += self._expand(child, attachable, sections) if is_world else [child]
         return replace(root, children=(*children, *sections))
 
     def _open_model(self, asset: Element) -> Element:
@@ -371,20 +370,51 @@ class _Reader(Source):
             self.omitted["options of attached models"] += 1
         return model
 
-    def _attach(
+    def _expand(
         self, element: Element, models: Mapping[str, Element], sections: list[Element]
-    ) -> Element:
-        """Return an element where models stand in the place of <attach>, and add their sections."""
+    ) -> list[Element]:
+        """Return an element with models for <attach>, whose sections are added, and copies.
+
+        Copies of <replicate> stand in frames; a name inside one ends with the number of the copy,
+        the innermost first.
+        """
+        self.count(element)
+        if element.tag == "attach":
+            return [self._stand(element, models, sections)]
         children: list[Element] = []
+        attached: list[Element] = []
         for child in element.children:
-            if child.tag == "replicate" and any(part.tag == "attach" for part in child.walk()):
-                message = "<attach> in <replicate> is not read: write the copies out"
-                raise self.refuse(child, message)
-            if child.tag == "attach":
-                children.append(self._stand(child, models, sections))
-            else:
-                children.append(self._attach(child, models, sections))
-        return replace(element, children=tuple(children))
+            children += self._expand(child, models, attached)
+        whole = replace(element, children=tuple(children))
+        if element.tag != "replicate":
+            sections += attached
+            return [whole]
+        texts = self._attributes(element, "replicate", {})
+        count = texts.number("count", 0.0)
+        size = sum(1 for part in (whole, *attached) for _ in part.walk())
+        if not (count >= 1 and count == int(count)):
+            raise self.refuse(element, f"expected a count of copies, got {texts.get('count')!r}")
+        if count * size > MOST_ELEMENTS:
+            raise self.refuse(element, f"more than {MOST_ELEMENTS:,} elements")
+        offset = texts.numbers("offset", (0, 0, 0))
+        angles = texts.numbers("euler", (0, 0, 0))
+        place, frames = np.zeros(3), []
+        digits = len(str(int(count)))
+        for k in range(int(count)):
+            end = f"{texts.get('sep', '')}{k:0{digits}d}"
+            attributes = {
+                "pos": " ".join(map(repr, place.tolist())),
+                "euler": " ".join(map(repr, (k * angles).tolist())),
+            }
+            if "childclass" in texts:
+                attributes["childclass"] = texts["childclass"]
+            named = tuple(_rename(child, "", end) for child in children)
+            sections += [_rename(section, "", end) for section in attached]
+            frames.append(replace(element, tag="frame", attributes=attributes, children=named))
+            place = (
+                place + self._turn(Given(self, element, {"euler": attributes["euler"]})) @ offset
+            )
+        return frames
 
     def _stand(
         self, attach: Element, models: Mapping[str, Element], sections: list[Element]
@@ -405,6 +435,7 @@ class _Reader(Source):
             inside, kind = self._find_part(attach, inside, part, texts[part])
         held = {part.attributes.get("name") for top in inside for part in top.walk()} | {GROUND}
         # tendons first: what acts on those that are attached is attached, too
+        attached: list[Element] = []
         for section in sorted(whole.children, key=lambda section: section.tag != "tendon"):
             if section.tag in (*_COUNTED, "equality"):
                 rows = [
@@ -413,9 +444,13 @@ class _Reader(Source):
                 if section.tag == "tendon":
                     held |= {row.attributes.get("name") for row in rows}
                 named = tuple(_rename(row, prefix, "") for row in rows)
-                sections.append(replace(section, children=named))
+                attached.append(replace(section, children=named))
         named = tuple(_rename(part, prefix, "") for part in inside)
         frame = replace(whole, tag="frame", attributes={"childclass": kind}, children=named)
+        for element in (frame, *attached):
+            for inner in element.walk():
+                self.count(inner)
+        sections += attached
         return replace(frame, line=attach.line, file=attach.file)
 
     def _find_part(
@@ -546,44 +581,6 @@ class _Reader(Source):
         return np.eye(3)
 
     # bodies
-
-    def _replicate(self, element: Element, suffix: str) -> list[Element]:
-        """Return an element whose replicated contents stand there as frames.
-
-        A name inside a copy ends with the number of the copy, the innermost first.
-        """
-        children: list[Element] = []
-        for child in element.children:
-            children += self._replicate(child, "")
-        self.count(element)
-        whole = replace(element, children=tuple(children))
-        if element.tag != "replicate":
-            return [whole]
-        texts = self._attributes(element, "replicate", {})
-        count = texts.number("count", 0.0)
-        size = sum(1 for _ in whole.walk())
-        if not (count >= 1 and count == int(count)):
-            raise self.refuse(element, f"expected a count of copies, got {texts.get('count')!r}")
-        if count * size > MOST_ELEMENTS:
-            raise self.refuse(element, f"more than {MOST_ELEMENTS:,} elements")
-        offset = texts.numbers("offset", (0, 0, 0))
-        angles = texts.numbers("euler", (0, 0, 0))
-        place, frames = np.zeros(3), []
-        digits = len(str(int(count)))
-        for k in range(int(count)):
-            end = f"{texts.get('sep', '')}{k:0{digits}d}"
-            attributes = {
-                "pos": " ".join(map(repr, place.tolist())),
-                "euler": " ".join(map(repr, (k * angles).tolist())),
-            }
-            if "childclass" in texts:
-                attributes["childclass"] = texts["childclass"]
-            named = tuple(_rename(child, "", end) for child in children)
-            frames.append(replace(element, tag="frame", attributes=attributes, children=named))
-            place = (
-                place + self._turn(Given(self, element, {"euler": attributes["euler"]})) @ offset
-            )
-        return frames
 
     def _contents(
         self, element: Element, inherited: str, pose: Array
@@ -1408,10 +1405,10 @@ def _refers(element: Element) -> set[str]:
 
 
 def _rename(element: Element, prefix: str, suffix: str) -> Element:
-    """Return an element with all names inside between these; with a prefix, references, too."""
+    """Return an element with all names inside, and references to others, between these."""
     children = tuple(_rename(child, prefix, suffix) for child in element.children)
     attributes = dict(element.attributes)
-    for key in ("name", *_REFERENCES) if prefix else ("name",):
+    for key in ("name", *_REFERENCES):
         if attributes.get(key, GROUND) != GROUND:
             attributes[key] = f"{prefix}{attributes[key]}{suffix}"
     return replace(element, attributes=attributes, children=children)

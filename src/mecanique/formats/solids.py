@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
@@ -21,6 +21,9 @@ RULES: Mapping[str, Rule] = {rule: rule for rule in get_args(Rule)}
 
 SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
 """How many sizes each kind of geom has that has a volume."""
+
+_MOST_CORNERS = 1000
+"""Most corners of a face: cutting it takes the cube of their number."""
 
 _SMALL = 1e-15
 """What MuJoCo takes for no volume and no area."""
@@ -214,15 +217,67 @@ def _read_first_object(data: bytes) -> Corners:
 
 
 def _cut(face: list[int], places: Array) -> list[list[int]]:
-    """Cut a quadrangle along its shorter diagonal, as MuJoCo's reader does."""
+    """Cut a face into triangles as MuJoCo does, a quadrangle along its shorter diagonal."""
     if len(face) == 3:
         return [face]
-    if len(face) != 4 or not all(0 <= k < len(places) for k in face):
-        raise InputError(f"expected faces of three or four points, got one of {len(face)}")
+    if not 3 < len(face) <= _MOST_CORNERS or not all(0 <= k < len(places) for k in face):
+        message = f"expected faces of 3 to {_MOST_CORNERS} points that are there"
+        raise InputError(f"{message}, got one of {len(face)}")
+    if len(face) > 4:
+        return _cut_ears(face, places)
     a, b, c, d = face
     first = np.linalg.norm(places[c] - places[a])
     second = np.linalg.norm(places[d] - places[b])
     return [[a, b, c], [a, c, d]] if first < second else [[a, b, d], [b, c, d]]
+
+
+def _cut_ears(face: list[int], places: Array) -> list[list[int]]:
+    """Cut off a polygon's corners one by one, in the plane of two axes, in single precision.
+
+    tinyobjloader, which MuJoCo reads OBJ with, compares a corner's turn with the area between its
+    first side and the origin, so that what it cuts may overlap; what it cannot cut is left out.
+    """
+    points = places.astype(np.float32)
+    sides = points[np.roll(face, -1)] - points[face]
+    turns = np.abs(np.cross(sides, np.roll(sides, -1, axis=0)))
+    bent = turns[(turns > np.finfo(np.float32).eps).any(axis=1)]
+    x, y, z = bent[0] if len(bent) else (1.0, 0.0, 0.0)
+    axes = [0, 2]
+    if x > max(y, z):
+        axes = [1, 2]
+    elif z > max(x, y):
+        axes = [0, 1]
+    flat = points[:, axes]
+    rest, start, tries = [*face], 0, len(face)
+    triangles: list[list[int]] = []
+    while len(rest) > 3 and tries:
+        start %= len(rest)
+        ahead = rest[start:] + rest[:start]
+        a, b, c = (flat[k] for k in ahead[:3])
+        turn = _area(b - a, c - b)
+        others = (flat[k] for k in ahead[3:])
+        if turn * _area(a, b) < 0 or any(_holds((a, b, c), point) for point in others):
+            start, tries = start + 1, tries - 1
+            continue
+        triangles.append(ahead[:3])
+        del rest[(start + 1) % len(rest)]
+        tries = len(rest)
+    return [*triangles, rest] if len(rest) == 3 else triangles
+
+
+def _area(a: Array, b: Array) -> float:
+    """The signed area that two vectors of a plane span."""
+    return float(a[0] * b[1] - a[1] * b[0])
+
+
+def _holds(corners: Sequence[Array], point: Array) -> bool:
+    """Whether a ray from a point of a plane along x leaves a triangle once."""
+    inside = False
+    for a, b in zip(corners, (corners[-1], *corners), strict=False):
+        if (a[1] > point[1]) != (b[1] > point[1]):
+            reach = (b[0] - a[0]) * (point[1] - a[1]) / (b[1] - a[1]) + a[0]
+            inside ^= bool(point[0] < reach)
+    return inside
 
 
 def _read_msh(data: bytes) -> Corners:
