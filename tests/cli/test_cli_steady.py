@@ -97,3 +97,17 @@ def test_matrices_are_printed_in_letters() -> None:
     words = ("whipple_bicycle", "-v", "x=1", "--expand", "roll", "--expand", "steer", "--letters")
     M = "M_11 = mR rR^2 + IRxx + mB zB^2 + IBxx + mH zH^2 + IHxx + mF rF^2 + IFxx"
     assert M in run(*words)
+
+
+def test_a_bicycle_is_derived_as_it_rides_and_exactly_in_an_appendix() -> None:
+    """The exact equations, 216 results, stood before the linear ones that are read."""
+    derived = CliRunner().invoke(app, ["derive", "whipple_bicycle"])
+    assert derived.stdout.endswith(" = 6.02426202\n")
+    assert "trail [m]" in derived.stdout
+    assert "--steps adds as an appendix" in derived.stderr
+    longer = CliRunner().invoke(app, ["derive", "whipple_bicycle", "--steps"]).stdout
+    assert longer.startswith(derived.stdout.rstrip())
+    appendix = longer.split("Appendix: the exact equations\n")[1]
+    assert "cos_tilt = cos(tilt)" in appendix
+    assert "omega_lean_y, omega_lean_z" in appendix
+    assert "trail [m]" not in appendix

@@ -77,7 +77,8 @@ def assert_names_are_defined(written: Written) -> None:
         used = set(re.findall(r"(?<![\d.])[^\W\d]\w*'*", re.sub(r"\d[\d.]*e-?\d+", "0", formula)))
         unknown = {n for n in used if n not in known and n.rstrip("'") not in known}
         assert not unknown, line
-        assert name in {*meant, "end"} or re.fullmatch(r"x\d+", name)
+        itself = re.sub(r"(sin|cos)_(\w+)", r"\1(\2)", name) == formula
+        assert itself or name in {*meant, "end"} or re.fullmatch(r"x\d+", name)
         known.add(name)
 
 

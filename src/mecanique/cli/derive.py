@@ -268,17 +268,28 @@ def derivation(
     """Return the equations of motion by one method, with what each symbol means."""
     equations = mq.derive(mechanism, method=method)
     if not equations.legible:
+        ride = _expand_ride(mechanism)
+        if ride is not None and not steps:
+            inform(
+                "The exact equations are a list of named results, which --steps adds as an appendix"
+            )
+            return _join([getattr(ride.letters, form)()], form)
         if equations.symbolic:
             inform(
                 f"The equations have {equations.terms:,} terms: here they are a list of named "
                 "results; in Python, mecanique.derive(…).text() writes them out"
             )
         written = mq.write_recursion(equations)
-        parts: list[str] = [getattr(written, form)()]
-        if steps and (ride := _expand_ride(mechanism)) is not None:
-            known = frozenset(name for names, _ in written.meanings for name in names)
-            parts.append(getattr(replace(ride.letters, explained=known), form)())
-        return _join(parts, form)
+        if ride is None:
+            return _join([getattr(written, form)()], form)
+        known = {name for meaning in ride.letters.document.meanings(True) for name in meaning.names}
+        appendix = replace(
+            written,
+            title="Appendix: the exact equations",
+            about=written.about[-1:],
+            meanings=tuple(meant for meant in written.meanings if not known.issuperset(meant[0])),
+        )
+        return _join([getattr(part, form)() for part in (ride.letters, appendix)], form)
     if units:
         from mecanique.model.mechanism_units import add_unit
 

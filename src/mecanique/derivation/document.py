@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import final
 
+from mecanique.derivation.answers import answers_of
 from mecanique.derivation.glossary import Meaning, clashes, meanings
 from mecanique.derivation.linear import Linear, linear
 from mecanique.derivation.printing.equations import equations, expression
@@ -95,6 +96,7 @@ class Document:
     # symbols that derivations of the mechanism before it explain, and so its description
     explained: frozenset[str] = frozenset()
     ending: Ending = NO_ENDING  # what it comes to, by default what the equations are solved for
+    special: bool = True  # whether special motions follow, where no ending is given
 
     def __repr__(self) -> str:
         return f"<Document: {self.title}>"
@@ -118,6 +120,12 @@ class Document:
     def result(self) -> Ending:
         """What the last section says, and its lines: accelerations, forces and integrals."""
         return self.ending if self.ending.lines else result_of(self.derivation)
+
+    @cached_property
+    def endings(self) -> tuple[Ending, ...]:
+        """The last sections: the result, and what it comes to in special motions."""
+        special = self.special and not self.ending.lines
+        return (self.result, *(answers_of(self.derivation) if special else ()))
 
     @property
     def _eliminated(self) -> Ending:
@@ -227,9 +235,9 @@ class Document:
         closing = self._closing if steps else _DIVIDED.format("that ")
         matrices, taken = (self._matrices, derivation.assumptions) if steps else (None, ())
         yield _Part(_EQUATIONS, closing if rows else self._nothing, rows, matrices, taken)
-        ending = self.result if steps else self._eliminated
-        if ending.lines:
-            yield _Part("Result", ending.sentence, ending.lines)
+        for ending in self.endings if steps else (self._eliminated,):
+            if ending.lines:
+                yield _Part(ending.title, ending.sentence, ending.lines)
 
     def _write_html(
         self, steps: bool, write: Callable[[Printed], str], below: Sequence[str] = ()
@@ -302,8 +310,8 @@ class Document:
         return tuple(meaning for meaning in every if not self.explained.issuperset(meaning.names))
 
     def _list_meanings(self, steps: bool) -> tuple[Meaning, ...]:
-        ending = self.result if steps else self._eliminated
-        return meanings(self.derivation, ending, steps=steps)
+        endings = self.endings if steps else (self._eliminated,)
+        return meanings(self.derivation, endings, steps=steps)
 
     def _warn(self, steps: bool) -> Iterator[str]:
         """Yield warnings about letters with two meanings."""

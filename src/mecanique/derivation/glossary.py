@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import chain
 from typing import final
 
 from mecanique.derivation.printing.equations import expression, root
@@ -14,7 +15,6 @@ from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.printing.writers import Equation, Expression
 from mecanique.derivation.scalars.series import FOLLOWER, Kind, Series
 from mecanique.derivation.symbolic.derivation import (
-    NO_ENDING,
     Derivation,
     Ending,
     Left,
@@ -155,7 +155,7 @@ class Meaning:
 
 
 def meanings(
-    derivation: Derivation, ending: Ending = NO_ENDING, *, steps: bool = True
+    derivation: Derivation, endings: Sequence[Ending] = (), *, steps: bool = True
 ) -> tuple[Meaning, ...]:
     """Return the meaning of every printed symbol, in the order of the list of symbols."""
     algebra = derivation.algebra
@@ -178,11 +178,15 @@ def meanings(
             sentence = derivation.lengths.get(name, "root")
             entries.append(Meaning((name,), sentence, root(atom.argument)))
     together: dict[str, list[str]] = {}
-    for name, sentence in {**derivation.unknowns, **ending.unknowns}.items():
-        if name in used or steps or name in ending.unknowns:
+    new = {name: meant for ending in endings for name, meant in ending.unknowns.items()}
+    for name, sentence in {**derivation.unknowns, **new}.items():
+        if name in used or steps or name in new:
             together.setdefault(sentence, []).append(name)
     entries += [Meaning(tuple(names), sentence) for sentence, names in together.items()]
-    lefts = [*(_collect_lefts(derivation) if steps else ()), *lefts_of(ending.lines)]
+    lefts = [
+        *(_collect_lefts(derivation) if steps else ()),
+        *lefts_of(chain(*(ending.lines for ending in endings))),
+    ]
     known = {name for entry in entries for name in entry.names}
     entries += _explain_steps(derivation, lefts, known)
     if "t" in used:

@@ -8,14 +8,24 @@ Elements of Vibration Analysis, 1986, sect. 4.2).
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import count
 from typing import final
 
 from mecanique.derivation.printing.equations import equations, expression
-from mecanique.derivation.printing.writers import Equation, Latex, MathML, Text, Writer, to_math
+from mecanique.derivation.printing.writers import (
+    Equation,
+    Latex,
+    MathML,
+    OverRoot,
+    Printed,
+    Root,
+    Text,
+    Writer,
+    to_math,
+)
 from mecanique.derivation.scalars.cancel import tidy, without_common_divisor
 from mecanique.derivation.scalars.evaluation import Substitution, evaluate
 from mecanique.derivation.scalars.series import TIMED, Kind, Series
@@ -158,12 +168,11 @@ class Linearized:
         lines = [self.about(), *(equation.text() for equation in self.equations)]
         if len(self.equations) > 1:
             lines += ["In matrices:", *self.matrices.text().splitlines()]
-        return "\n".join([*lines, *self._write_figures(Text())])
+        return "\n".join([*lines, *(figure.text() for figure in self.figures)])
 
     def latex(self) -> str:
         """Return the equations in LaTeX, for math mode, with the frequency of a single one."""
-        rows = [equation.latex().replace(" = ", " &= ", 1) for equation in self.equations]
-        rows += [line.replace(" = ", " &= ", 1) for line in self._write_figures(Latex())]
+        rows = [line.latex().replace(" = ", " &= ", 1) for line in (*self.equations, *self.figures)]
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
 
     def mathml(self) -> str:
@@ -171,7 +180,7 @@ class Linearized:
         out = [equation.mathml() for equation in self.equations]
         if len(self.equations) > 1:
             out.append(self.matrices.mathml())
-        return "\n".join([*out, *(to_math(line) for line in self._write_figures(MathML()))])
+        return "\n".join([*out, *(to_math(figure.write(MathML())) for figure in self.figures)])
 
     def about(self) -> str:
         """Introduce the linear equations in a sentence: the equilibrium, and what letters mean."""
@@ -193,25 +202,28 @@ class Linearized:
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
 
-    def _write_figures(self, writer: Writer) -> Iterator[str]:
-        if self.square is not None:
-            root = writer.call("sqrt", expression(self.square).write(writer), "")
-            yield writer.equation(writer.letter("omega", False, ""), root)
-        if self.ratio is not None:
-            above, below = (expression(series).write(writer) for series in self.ratio)
-            fraction = writer.term(
-                [above], [writer.number("2"), writer.call("sqrt", below, "")], []
-            )
-            yield writer.equation(writer.letter("zeta", False, ""), fraction)
+    @property
+    def figures(self) -> tuple[Printed, ...]:
+        """The natural frequency and the damping ratio of a single degree of freedom."""
+        frequency = [] if self.square is None else [Root("omega", expression(self.square))]
+        if self.ratio is None:
+            return (*frequency,)
+        above, square = map(expression, self.ratio)
+        return (*frequency, OverRoot("zeta", above, square, times="2"))
 
 
 def linearize_equations(derivation: Derivation, q: Mapping[str, float]) -> Linearized:
     """Linearize symbolic equations of motion about an equilibrium."""
+    return linearize_at(derivation, *_place_in_letters(derivation, q))
+
+
+def linearize_at(
+    derivation: Derivation, place: Mapping[str, Series], letters: Mapping[str, float]
+) -> Linearized:
+    """Linearize symbolic equations of motion about an equilibrium, given in letters."""
     algebra = derivation.algebra
     ring, mechanism = algebra.ring, algebra.mechanism
-    numbers = dict(mechanism.values)
-    place, letters = _place_in_letters(derivation, q)
-    numbers |= letters
+    numbers = {**mechanism.values, **letters}
     still = {name: ring.number(0) for name in (*algebra.velocities, *algebra.accelerations)}
     put = Substitution({**place, **still}, numbers)
     forces = [h - Q for h, Q in zip(derivation.h, derivation.Q, strict=True)]

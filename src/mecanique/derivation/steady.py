@@ -22,9 +22,10 @@ from mecanique.derivation.mechanics.recursion import recursion_on_tape
 from mecanique.derivation.printing.equations import equations, expression
 from mecanique.derivation.printing.writers import Printed, Writer
 from mecanique.derivation.scalars.cancel import tidy
-from mecanique.derivation.scalars.evaluation import evaluate
+from mecanique.derivation.scalars.evaluation import Substitution, evaluate
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.stability import find_borders
 from mecanique.derivation.symbolic.derivation import (
     Derivation,
     Ending,
@@ -105,8 +106,7 @@ class SteadyLetters:
         M: rows of the mass matrix.
         C: the matrices of C = C0 + u C1.
         K: the matrices of K = K0 + u K1 + u² K2.
-        numbers: the matrices with the mechanism's values, which end what is written.
-        explained: symbols that stand explained above it, with the mechanism's description.
+        ending: the matrices in numbers, and the speeds at which stability changes.
     """
 
     derivation: Derivation
@@ -114,20 +114,19 @@ class SteadyLetters:
     M: Matrix
     C: tuple[Matrix, ...]
     K: tuple[Matrix, ...]
-    numbers: Ending
-    explained: frozenset[str] = frozenset()
+    ending: Ending
 
     def text(self) -> str:
         """Return the motion, the matrices and the equations as text, with the symbols."""
-        return self._document.text(True, True)
+        return self.document.text(True, True)
 
     def latex(self) -> str:
         """Return the same in LaTeX, as a fragment of a document."""
-        return self._document.latex(True, True)
+        return self.document.latex(True, True)
 
     def mathml(self) -> str:
         """Return the same in MathML, as a fragment of an HTML page."""
-        return self._document.mathml(True, True)
+        return self.document.mathml(True, True)
 
     def __str__(self) -> str:
         return self.text()
@@ -137,12 +136,13 @@ class SteadyLetters:
         return f"<Linear equations in letters of {name!r}, {', '.join(self.names)}>"
 
     def _repr_html_(self) -> str:
-        return self._document.html(True)
+        return self.document.html(True)
 
     @property
-    def _document(self) -> Document:
+    def document(self) -> Document:
+        """The same, ready to be printed."""
         title = "small deviations from a steady motion"
-        return Document(self.derivation, title, self.explained, self.numbers)
+        return Document(self.derivation, title, ending=self.ending)
 
 
 def steady_letters(
@@ -173,12 +173,14 @@ def steady_letters(
                 if entry:
                     label = f"{letter}_{i + 1}{k + 1}"
                     sums[i] = sums[i] + factor * ring.parameter(label) * ring[f"{names[k]}{dots}"]
-                    again = k < i and rows[k][i] == entry
-                    same = ring[f"{letter}_{k + 1}{i + 1}"] if again else entry
-                    yield Result(Left(label), same)
+                    letters[label] = evaluate(entry, mechanism.values)
+                    if k < i and rows[k][i] == entry:
+                        same[label] = ring[f"{letter}_{k + 1}{i + 1}"]
+                    yield Result(Left(label), same.get(label, entry))
 
     falls = ring.number(1) if g is None else g
     bare = _entrywise(lambda entry: tidy(entry / falls), K[0])
+    same, letters = dict[str, Series](), dict[str, float]()
     steps = {
         _MASS: [*entries("M", M, ring.number(1), "''")],
         _RATES: [x for k, rows in enumerate(C) for x in entries(f"C{k}", rows, u**k, "'")],
@@ -210,7 +212,25 @@ def steady_letters(
     )
     falling = "" if g is None else f"{expression(g).text()} "
     numbers = _put_numbers(mechanism, names, M, C, (bare, *K[1:]), (motion.speed, falling))
-    return SteadyLetters(derivation, tuple(names), M, C, K, numbers)
+    exponent = ring.choose_name(("lambda", "s", "exponent"))
+    rate = ring.parameter(exponent)
+    factors = [rate**2, rate, ring.number(1)]
+    state = [(ring[f"{name}''"], ring[f"{name}'"], ring[name]) for name in names]
+
+    def collect(total: Series) -> list[Series]:
+        """Return the factors of the deviations in an equation, with the exponent for a rate."""
+        slopes = [map(total.diff, its) for its in state]
+        return [along_displacement(factors, [*its]) for its in slopes]
+
+    rows = [*map(collect, map(Substitution(same, {}), sums))]
+    values = {**mechanism.values, **letters}
+    borders = find_borders(rows, exponent, motion.speed, values)
+    ending = Ending(
+        f"{numbers.sentence} {borders.sentence}".strip(),
+        (*numbers.lines, *borders.lines),
+        {**numbers.unknowns, **borders.unknowns},
+    )
+    return SteadyLetters(derivation, tuple(names), M, C, K, ending)
 
 
 def _put_numbers(

@@ -71,6 +71,10 @@ NEAT = 1e-9
 BALANCED = 1e-7
 """Forces balance at an equilibrium if their sum is at most this part of the largest of them."""
 
+SAME_EXPONENT = 1e-7
+"""Parts of an exponent of small deviations below this part of the largest are zero: the square root
+of ε that a double one is rounded by, five times."""
+
 ALIGNED = 1e-12
 """Unit vectors whose cosine, or sine, is this close to 1, or 0, are parallel: axes are given to 16
 digits, and turned by at most a few hundred ε along a tree."""

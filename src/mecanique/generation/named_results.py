@@ -204,7 +204,7 @@ def _collect(terms: Iterable[Product]) -> Sum:
 
 
 _MEANINGS = {
-    "w": "angular velocity of {} [rad/s]",
+    "omega": "angular velocity of {} [rad/s]",
     "alpha": "angular acceleration of {} [rad/s²]",
     "a": "acceleration of the origin of {} minus that of free fall [m/s²]",
     "F": "force that accelerates {} and all bodies beyond [N]",
@@ -232,14 +232,14 @@ def name_results(recursion: TreeRecursion) -> dict[int, str]:
 
 
 def name_functions(tape: Tape, taken: dict[int, str]) -> dict[int, str]:
-    """Return the names of sines and cosines of coordinates, s_q1 and c_q1."""
+    """Return the names of sines and cosines of coordinates, sin_q1 and cos_q1."""
     names: dict[int, str] = {}
     for place, (kind, values, _) in enumerate(tape.operations):
         if kind in ("sin", "cos") and place not in taken:
             (inner,) = values
             operation = tape.operations[inner] if isinstance(inner, int) else ("", (), "")
             if operation[0] == "input":
-                names[place] = f"{kind[0]}_{operation[2]}"
+                names[place] = f"{kind}_{operation[2]}"
     return names
 
 
@@ -268,9 +268,6 @@ def explain_results(
             parts = tuple(name for name in every if name in defined)
             if parts:
                 yield parts, sentence.format(body)
-    for name in sorted(defined):
-        if name.startswith(("s_", "c_")):
-            yield (name,), f"{'sine' if name[0] == 's' else 'cosine'} of {name[2:]}"
 
 
 def explain_force(mechanism: Mechanism, row: str) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 
 from mecanique.checking.judgement.quantities import ENERGIES
 from mecanique.derivation import derive
+from mecanique.derivation.equations import Equations
 from mecanique.derivation.linear import Linearized
 from mecanique.derivation.methods import METHODS
 from mecanique.derivation.printing.equations import expression
@@ -54,7 +55,7 @@ class Solver:
         self._mechanism = mechanism
         self._equations = derive(mechanism)
         try:
-            self._whole = self._equations.text(steps=True) if self._equations.derivation else ""
+            self._whole = _write_steps(self._equations) if self._equations.derivation else ""
         except DerivationError as error:
             raise InputError(f"no exercise about {mechanism.name!r}: {error}") from None
 
@@ -90,7 +91,7 @@ class Solver:
     def motion_by(self, method: str) -> WorkedAnswer:
         """Return the equations of motion, with the steps of another method."""
         equations = derive(self._mechanism, method)
-        return WorkedAnswer(equations.text(), equations.text(steps=True))
+        return WorkedAnswer(equations.text(), _write_steps(equations))
 
     def accelerations(self) -> WorkedAnswer:
         """Return the equations of motion solved for the accelerations."""
@@ -109,7 +110,7 @@ class Solver:
             if forces <= determined:
                 lines[name] = f"{name} = {_say(series)}"
         self._refuse(not lines, "no reaction is determined")
-        return WorkedAnswer("\n".join(lines.values()), equations.text(steps=True), ", ".join(lines))
+        return WorkedAnswer("\n".join(lines.values()), _write_steps(equations), ", ".join(lines))
 
     def driving_force(self) -> WorkedAnswer:
         """Return the only input that a motion needs, and the equations that do without it."""
@@ -388,8 +389,13 @@ class Solver:
         titles = [stage.title for stage in stages]
         kept = stages[: titles.index(last) + 1] if last in titles else stages
         derivation = replace(document.derivation, stages=kept, assumptions=())
-        text = replace(document, derivation=derivation).text(steps=True)
+        text = replace(document, derivation=derivation, special=False).text(steps=True)
         return text.partition(f"\n\n{len(kept) + 1}. Equations of motion")[0]
+
+
+def _write_steps(equations: Equations) -> str:
+    """Write a derivation as far as its result."""
+    return replace(equations.document, special=False).text(steps=True)
 
 
 def _number_lines(letter: str, unit: str, values: Iterable[float]) -> list[str]:

@@ -321,7 +321,7 @@ class TreeRecursion:
         self.seats, self.inertias = skeleton.bodies, skeleton.inertias
         self.gravity = skeleton.gravity
         self.vectors: dict[str, Sequence[Triple]] = {}
-        """The vectors of each link in the last recursion, by letter: w, alpha, a, then F and N."""
+        """The vectors of each link in the last recursion, omega, alpha and a, then F and N."""
 
     @cached_property
     def links(self) -> list[Moving]:
@@ -479,7 +479,7 @@ class TreeRecursion:
                 tau[k] = tau[k] + link.armature * ud[k]
         w, _, alpha, a = zip(*fields, strict=True) if fields else ((), (), (), ())
         F, N = zip(*loads, strict=True) if loads else ((), ())
-        self.vectors = {"w": w, "alpha": alpha, "a": a, "F": F, "N": N}
+        self.vectors = {"omega": w, "alpha": alpha, "a": a, "F": F, "N": N}
         return tau
 
     def collect(self, loads: list[tuple[Triple, Triple]]) -> list[Any]:

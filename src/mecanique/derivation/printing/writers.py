@@ -148,7 +148,7 @@ class Text(Writer):
 class Latex(Writer):
     """LaTeX for math mode, which needs no package but amsmath."""
 
-    relations: ClassVar[Mapping[str, str]] = {"≤": "\\leq", "≥": "\\geq"}
+    relations: ClassVar[Mapping[str, str]] = {"≤": "\\leq", "≥": "\\geq", "≈": "\\approx"}
     slope, rate = "\\frac{{\\partial {}}}{{\\partial {}}}", "\\frac{{d}}{{dt}} {}"
     turned = "\\left(\\omega \\times {}\\right)_{{{}}}"
 
@@ -553,3 +553,55 @@ class Equation(Printed):
     def write(self, writer: Writer) -> str:
         """Write it in the format of a writer."""
         return writer.equation(self.left.write(writer), self.right.write(writer))
+
+
+@final
+@dataclass(frozen=True, repr=False)
+class Root(Printed):
+    """A letter, the square root that it is if that is short, and its value where it is stated."""
+
+    name: str
+    square: Printed | None
+    value: str = ""
+
+    def write(self, writer: Writer) -> str:
+        """Write it in the format of a writer."""
+        written = writer.letter(self.name, False, "")
+        if self.square is not None:
+            root = writer.call("sqrt", self.square.write(writer), "")
+            written = writer.equation(written, root)
+        return writer.equation(written, writer.number(self.value)) if self.value else written
+
+
+@final
+@dataclass(frozen=True, repr=False)
+class OverRoot(Printed):
+    """A letter that is a product over a square root, times a number."""
+
+    name: str
+    above: Expression
+    square: Printed
+    times: str = ""
+
+    def write(self, writer: Writer) -> str:
+        """Write it in the format of a writer."""
+        root = writer.call("sqrt", self.square.write(writer), "")
+        below = [writer.number(self.times), root] if self.times else [root]
+        written = self.above.write(writer)
+        above = writer.alone(written) if len(self.above.terms) > 1 else written
+        fraction = writer.term([above], below, [])
+        return writer.equation(writer.letter(self.name, False, ""), fraction)
+
+
+@final
+@dataclass(frozen=True, repr=False)
+class Relation(Printed):
+    """An inequality, or two sides that are nearly equal."""
+
+    left: Printed
+    sign: str
+    right: Printed
+
+    def write(self, writer: Writer) -> str:
+        """Write it in the format of a writer."""
+        return writer.relation(self.left.write(writer), self.sign, self.right.write(writer))

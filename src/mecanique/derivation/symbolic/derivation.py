@@ -215,6 +215,7 @@ class Ending:
     lines: tuple[Printed, ...] = ()
     # meaning of each letter that the derivation itself does without, by its name
     unknowns: Mapping[str, str] = field(default_factory=dict)
+    title: str = "Result"
 
 
 NO_ENDING = Ending()

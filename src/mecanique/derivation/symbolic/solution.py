@@ -405,7 +405,7 @@ def _solve_blocks(M: Sequence[Sequence[Series]], loads: Sequence[Series]) -> lis
         if below.vanishes() or len(below) > LONGEST_ABOVE or max(map(len, sides)) > LONGEST_ABOVE:
             return None
         for k, above in zip(rows, cramer(below.ring, part, sides), strict=True):
-            found[k] = _reduce(above, below)
+            found[k] = reduce_quotient(above, below)
     return [found[k] for k in range(len(M))]
 
 
@@ -421,12 +421,12 @@ def _combine(first: Series, factors: Sequence[Series], c: Sequence[Quotient]) ->
         else:
             above = above * quotient.below + factor * quotient.above * below
             below = below * quotient.below
-        reduced = _reduce(above, below)
+        reduced = reduce_quotient(above, below)
         above, below = reduced.above, reduced.below
     return Quotient(tidy(above), below)
 
 
-def _reduce(above: Series, below: Series) -> Quotient:
+def reduce_quotient(above: Series, below: Series) -> Quotient:
     """Cancel what numerator and denominator share, as far as it is found."""
     above, below = tidy(above), tidy(below)
     one = above.ring.number(1)
@@ -447,16 +447,16 @@ def _reduce(above: Series, below: Series) -> Quotient:
 def _clear_divisors(fraction: Column) -> Column:
     """Multiply numerator and denominator by what their terms are divided by, if that removes it."""
     for index, atom in fraction[1].ring.atoms.items():
-        least = _find_least_power(fraction, index)
+        least = find_least_power(fraction, index)
         if least < 0 and atom.function == "1":
             divisor = atom.argument.ring.monomial(power(index, -least))
             cleared = [tidy(divisor * series) for series in fraction]
-            if _find_least_power(cleared, index) == 0:
+            if find_least_power(cleared, index) == 0:
                 fraction = cleared
     return fraction
 
 
-def _find_least_power(column: Column, index: int) -> int:
+def find_least_power(column: Column, index: int) -> int:
     """Return the lowest power of a generator in series, 0 at most."""
     powers = (exponent(monomial, index) for series in column for _, monomial, _ in series.terms())
     return min(powers, default=0)

@@ -1,0 +1,199 @@
+"""What stands below the result: small motions, vibration, rotation, orbits and precession."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import mecanique as mq
+from mecanique.derivation.answers import answers_of
+from mecanique.derivation.symbolic.derivation import Ending
+
+
+def answers(mechanism: mq.Mechanism) -> dict[str, Ending]:
+    return {ending.title: ending for ending in answers_of(mq.derive(mechanism).derivation)}
+
+
+def lines(name: str, title: str) -> list[str]:
+    ending = answers(mq.textbook.load(name)).get(title)
+    return [] if ending is None else [line.text() for line in ending.lines]
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("simple_pendulum", ["q'' + g q/l = 0", "omega = sqrt(g/l)"]),
+        ("rigid_bar_pendulum", ["q'' + 3 g q/(2 l) = 0", "omega = sqrt(3 g/(2 l))"]),
+        # Fundamentals of Dynamics, Example 1.2, and without its restriction to small motion
+        ("bars_and_springs", ["q'' + 36 k q/(17 m) = 0", "omega = sqrt(36 k/(17 m))"]),
+        ("bars_and_springs_small", ["omega = sqrt(36 k/(17 m))"]),
+        ("base_excited_mass", ["omega = sqrt(k/m)", "zeta = c/(2 sqrt(m k))"]),
+        # the upright position of rest is not stable, and the Atwood machine has none
+        ("bar_chain", []),
+        ("atwood_machine", []),
+        ("kapitza_pendulum", []),
+    ],
+)
+def test_one_coordinate_has_its_linear_equation_and_frequency(
+    name: str, expected: list[str]
+) -> None:
+    assert lines(name, "Small motions") == expected
+
+
+def test_coupled_pendulums_have_their_modes() -> None:
+    """In phase as one alone, against each other with the spring (French, Vibrations, ch. 5)."""
+    ending = answers(mq.textbook.load("coupled_pendulums"))["Small motions"]
+    assert [line.text() for line in ending.lines] == [
+        "m l^2 q1'' + (m g l + k a^2) q1 - k a^2 q2 = 0",
+        "m l^2 q2'' - k a^2 q1 + (m g l + k a^2) q2 = 0",
+        "omega_1^2 = g/l",
+        "omega_2^2 = (m g l + 2 k a^2)/(m l^2)",
+    ]
+    assert "q1 = q2 = 0 obey linear equations" in ending.sentence
+    assert "In the first mode q2 = q1, in the second q2 = -q1." in ending.sentence
+
+
+def test_two_rods_have_their_frequency_equation() -> None:
+    """Its roots are the squares of the frequencies of mq.linearize, which takes numbers."""
+    mechanism = mq.textbook.load("double_pendulum")
+    *_, equation = lines("double_pendulum", "Small motions")
+    values = dict(mechanism.values)
+    polynomial = equation.removesuffix(" = 0").replace(" ", "*").replace("^", "**")
+    polynomial = polynomial.replace("*+*", "+").replace("*-*", "-")
+    frequencies = mq.linearize(mechanism).frequencies
+    for omega in frequencies:
+        size = eval(polynomial.replace("-", "+"), {**values, "omega": omega})
+        assert abs(eval(polynomial, {**values, "omega": omega})) < 1e-12 * size
+    assert len(set(frequencies)) == 2
+
+
+def test_a_rest_that_is_not_at_zero_follows_from_linear_equations() -> None:
+    ending = answers(mq.textbook.load("elastic_pendulum"))["Small motions"]
+    assert "r = (m g + k l0)/k and theta = 0" in ending.sentence
+    assert [line.text() for line in ending.lines][2:] == [
+        "omega_r^2 = k/m",
+        "omega_theta^2 = k g/(m g + k l0)",
+    ]
+
+
+def test_what_meets_no_force_leaves_one_frequency() -> None:
+    """Of Furuta's pendulum with a free arm, a rod of mass M and a particle m: det (K - s M) = 0."""
+    assert lines("furuta_pendulum", "Small motions")[-1] == "omega^2 = (M + 3 m) g/(M l)"
+    mechanism = mq.textbook.load("furuta_pendulum")
+    M, m, g, l = (mechanism.values[letter] for letter in ("M", "m", "g", "l"))
+    fastest = mq.linearize(mechanism).frequencies.max()
+    assert fastest == pytest.approx(np.sqrt((M + 3 * m) * g / (M * l)), rel=1e-9)
+
+
+def test_a_base_that_is_shaken_gives_amplitude_transmissibility_and_resonance() -> None:
+    """Thomson, Theory of Vibration, sects. 3.4 and 3.5: of the relative motion, W_r above omega."""
+    assert lines("base_excited_mass", "Steady vibration") == [
+        "A_u = m X W^2/sqrt(c^2 W^2 + (k - m W^2)^2)",
+        "H_block_x = sqrt((c^2 W^2 + k^2)/(c^2 W^2 + (k - m W^2)^2))",
+        "W_r = sqrt(2 k^2/(2 m k - c^2))",
+    ]
+    mechanism = mq.textbook.load("base_excited_mass")
+    m, c, k, X, W = (mechanism.values[letter] for letter in ("m", "c", "k", "X", "W"))
+    decay = 2 * m / c
+    motion = mq.simulate(mechanism, duration=40 * decay, rtol=1e-10)
+    late = np.linspace(30 * decay, 40 * decay, 20_001)
+    amplitude = np.abs(motion(late).q).max()
+    expected = m * X * W**2 / np.hypot(c * W, k - m * W**2)
+    assert amplitude == pytest.approx(expected, rel=1e-5)
+
+
+def test_a_resonance_that_is_damped_away_is_not_stated() -> None:
+    mechanism = mq.textbook.load("base_excited_mass")
+    damped = mechanism.replace(c=3 * np.sqrt(mechanism.values["m"] * mechanism.values["k"]))
+    stated = [line.text() for line in answers(damped)["Steady vibration"].lines]
+    assert not any("W_r" in line for line in stated)
+
+
+def test_a_planet_moves_on_a_conic() -> None:
+    """Goldstein, Classical Mechanics, 3rd ed., eqs. 3.55 to 3.58 and 3.71, with k = m mu."""
+    assert lines("kepler_orbit", "Steady rotation") == [
+        "r_0 = p_phi^2/(m^2 mu)",
+        "phi' = m^3 mu^2/p_phi^3",
+        "omega = m^3 mu^2/p_phi^3",
+    ]
+    assert lines("kepler_orbit", "Orbit") == [
+        "r = r_0/(1 + e cos(phi - phi_0))",
+        "e = sqrt((m^3 mu^2 + 2 p_phi^2 E)/(m^3 mu^2))",
+        "r^2 phi'/2 = p_phi/(2 m)",
+        "a = -m mu/(2 E)",
+        "tau^2 = 4 pi^2 a^3/mu",
+    ]
+    closed = answers(mq.textbook.load("kepler_orbit"))["Steady rotation"].sentence
+    assert closed.endswith("It is the rate of phi, so that the path is closed.")
+
+
+def test_a_simulated_planet_stays_on_that_conic() -> None:
+    mechanism = mq.textbook.load("kepler_orbit")
+    m, mu = mechanism.values["m"], mechanism.values["mu"]
+    r, spin = 1.0, 1.2 * np.sqrt(mu)
+    motion = mq.simulate(
+        mechanism, q={"r": r, "phi": 0.3}, v={"phi": spin}, duration=5.0, rtol=1e-11
+    )
+    p, E = m * r**2 * spin, m * (r * spin) ** 2 / 2 - m * mu / r
+    e = np.sqrt((m**3 * mu**2 + 2 * p**2 * E) / (m**3 * mu**2))
+    # it starts where r is least
+    conic = p**2 / (m**2 * mu) / (1 + e * np.cos(motion["phi"] - 0.3))
+    np.testing.assert_allclose(motion["r"], conic, rtol=1e-8, atol=0)
+
+
+def test_a_mass_on_a_turning_spring_is_no_planet() -> None:
+    """With V = k r^2/2 the radius oscillates twice in a turn (Goldstein, sect. 3.6)."""
+    kepler = mq.textbook.load("kepler_orbit")
+    stiffness = mq.Parameter("k", 2.0, "N/m", "stiffness")
+    spring = mq.JointSpring("spring", "r", stiffness, 0.0)
+    kept = tuple(parameter for parameter in kepler.parameters if parameter.symbol != "mu")
+    turning = replace(kepler, forces=(spring,), parameters=(*kept, stiffness))
+    found = answers(turning)
+    assert "Orbit" not in found
+    assert [line.text() for line in found["Steady rotation"].lines] == [
+        "r_0^4 = p_phi^2/(m k)",
+        "phi' = p_phi/(m r_0^2)",
+        "omega = sqrt(4 k/m)",
+    ]
+
+
+def test_a_conical_pendulum_oscillates_about_its_cone() -> None:
+    """Landau & Lifshitz, Mechanics, sect. 14, problem 1: omega^2 = g (1 + 3 cos^2)/(l cos)."""
+    assert lines("spherical_pendulum", "Steady rotation") == [
+        "phi' = sqrt(g/(l cos(theta)))",
+        "omega = sqrt(g (4 - 3 sin(theta)^2)/(l cos(theta)))",
+    ]
+
+
+def test_a_top_precesses_slowly_or_fast_and_sleeps() -> None:
+    """Goldstein, eqs. 5.76 to 5.79: with I1 = 3 m (r^2 + 4 h^2)/20 and the weight at 3 h/4.
+
+    The quadratic is I1 cos(theta) phi'^2 - p_psi phi' + m g (3 h/4) = 0; the top sleeps where
+    p_psi^2 > 4 I1 m g (3 h/4).
+    """
+    assert lines("heavy_top", "Steady precession") == [
+        "3 m (r^2 + 4 h^2) cos(theta) phi'^2 - 20 p_psi phi' + 15 m g h = 0",
+        "p_psi^2 ≥ 9 m^2 g (r^2 + 4 h^2) h cos(theta)/20",
+        "phi' ≈ 3 m g h/(4 p_psi)",
+        "phi' ≈ 20 p_psi/(3 m (r^2 + 4 h^2) cos(theta))",
+        "p_psi^2 > 9 m^2 g (r^2 + 4 h^2) h/20",
+    ]
+    # in gimbals the axle upright has no such limit: the outer gimbal has inertia of its own
+    precession = lines("gyroscope", "Steady precession")
+    assert len(precession) == 4
+    assert precession[2] == "phi' ≈ w g d/p_psi"
+
+
+def test_sections_have_titles_and_letters_in_every_format() -> None:
+    derived = mq.derive(mq.textbook.load("heavy_top"))
+    text = derived.text(steps=True, symbols=True)
+    assert "11. Steady precession\n" in text
+    page = derived.latex(steps=True, symbols=True)
+    assert "\\subsection*{Steady precession}" in page
+    assert "\\approx" in page
+    assert "<mo>≥</mo>" in derived.mathml(steps=True, symbols=True)
+    pendulum = mq.derive(mq.textbook.load("simple_pendulum")).text(steps=True, symbols=True)
+    assert re.search(r"^  omega +natural angular frequency \[rad/s\]$", pendulum, re.MULTILINE)
