@@ -332,6 +332,37 @@ def test_drake_knows_joints_by_models_in_models() -> None:
     assert not found.differs
 
 
+def test_drake_has_joints_of_two_models_in_the_model_of_the_child() -> None:
+    pytest.importorskip("pydrake")
+    link = '<link name="{}"><pose>{} 0 0 0 0.3 0</pose><inertial><mass>{}</mass></inertial></link>'
+    joint = (
+        '<joint name="{}" type="revolute"><parent>{}</parent><child>{}</child>'
+        "<axis><xyz>0 1 0</xyz></axis></joint>"
+    )
+    inner = '<model name="{0}"><pose>{1} 0 1 0 0 0</pose>' + link.format("c", 0.1, "{1}")
+    inner += link.format("d", 0.5, 2) + joint.format("turn", "c", "d") + "</model>"
+    outer = '<model name="{}">' + link.format("b", 0, "{}")
+    outer += inner.format("n", 1) + inner.format("o", 3) + joint.format("first", "b", "n::c")
+    outer += joint.format("second", "n::c", "o::c") + "</model>"
+    world = f'<sdf version="1.9"><world name="w">{outer.format("m", 4)}{outer.format("k", 7)}'
+    (found,) = read_by(mq.read(f"{world}</world></sdf>"), ("drake",), 0)
+    assert found.alike == (OURS,)
+
+
+def test_drake_takes_a_package_that_it_knows_from_where_the_file_is(tmp_path: Path) -> None:
+    pytest.importorskip("pydrake")
+    folder = tmp_path / "drake_models"
+    folder.mkdir()
+    (folder / "package.xml").write_text("<package><name>drake_models</name></package>", "utf-8")
+    uri = "<mesh><uri>package://drake_models/a.obj</uri></mesh>"
+    visual = f'<visual name="v"><geometry>{uri}</geometry></visual>'
+    link = f'<link name="b"><inertial><mass>2</mass></inertial>{visual}</link>'
+    file = folder / "arm.sdf"
+    file.write_text(f'<sdf version="1.9"><model name="m">{link}</model></sdf>', "utf-8")
+    (found,) = read_by(mq.read(file), ("drake",), 0)
+    assert found.alike == (OURS,)
+
+
 LINK = """<link name="{}"><inertial><origin xyz="0.1 0 0.2" rpy="0.1 0.2 0.3"/><mass value="2"/>
 <inertia ixx="0.02" iyy="0.03" izz="0.04" ixy="0" ixz="0.01" iyz="0"/></inertial></link>"""
 _PAIR = """<robot name="r">{}{}<joint name="j" type="TYPE"><parent link="a"/><child link="b"/>

@@ -89,6 +89,8 @@ def _answer(asked: dict[str, Any]) -> dict[str, Any]:
     search = MeshSearch(Path.cwd() / "text")
     for name in set(re.findall(r"(?:model|package)://([^/<\"']+)", asked["text"])):
         if (folder := search.package(name)) is not None:
+            if parser.package_map().Contains(name):
+                parser.package_map().Remove(name)  # which Drake would fetch instead
             parser.package_map().Add(name, str(folder))
     parser.AddModelsFromString(asked["text"], asked["form"])
     plant.mutable_gravity_field().set_gravity_vector(asked["gravity"])

@@ -77,20 +77,33 @@ def turning(q: Array, v: Array) -> tuple[Array, Array, Array]:
 def pair(v: ByJoint, joints: Sequence[EngineJoint]) -> list[str]:
     """Return by which name each joint of an engine is asked about; empty for those that are not.
 
-    It is the longest end of a scoped name; joints without such names are taken in their order.
+    It is the longest end of a scoped name, or that name in an inner scope, where an engine has a
+    joint to a model's model. Joints without such names are taken in their order.
     """
     waiting = {name: np.size(rows[0]) for name, rows in v.items()}
     names = [""] * len(joints)
-    for named in (True, False):
+    for likeness in (_ends_with, _stands_within, None):
         for k, joint in enumerate(joints):
+            if names[k]:
+                continue
             fitting = [name for name, width in waiting.items() if width == WIDTHS[joint.kind]]
-            if named:
-                ends = (name for name in fitting if f"::{joint.name}".endswith(f"::{name}"))
-                names[k] = max(ends, key=len, default="")
-            elif not names[k] and fitting:
-                names[k] = fitting[0]
+            if likeness is None:
+                names[k] = next(iter(fitting), "")
+            else:
+                alike = (name for name in fitting if likeness(joint.name, name))
+                names[k] = max(alike, key=len, default="")
             waiting.pop(names[k], None)
     return names
+
+
+def _ends_with(scoped: str, name: str) -> bool:
+    return f"::{scoped}".endswith(f"::{name}")
+
+
+def _stands_within(scoped: str, name: str) -> bool:
+    """Whether a name stands in a model inside that of another, equal name."""
+    scope, _, bare = name.rpartition("::")
+    return _ends_with(scoped, bare) and f"::{scope}::" in f"::{scoped}"
 
 
 def evaluate(
