@@ -111,3 +111,10 @@ def test_a_bicycle_is_derived_as_it_rides_and_exactly_in_an_appendix() -> None:
     assert "cos_tilt = cos(tilt)" in appendix
     assert "omega_lean_y, omega_lean_z" in appendix
     assert "trail [m]" not in appendix
+
+
+def test_all_methods_end_in_small_motions_once() -> None:
+    text = CliRunner().invoke(app, ["derive", "simple_pendulum", "--method", "all"]).stdout
+    assert text.count(". Small motions\n") == 1
+    assert text.index(". Small motions\n") > text.rindex(". Result\n")
+    assert text.count("natural angular frequency") == 1

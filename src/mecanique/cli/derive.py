@@ -312,12 +312,13 @@ def derivations(mechanism: mq.Mechanism, form: Form) -> str:
             inform(f"The other methods give lists as long: --method {others} writes one")
         return derivation(mechanism, shortest.method, form, steps=True)
     parts, explained = list[str](), frozenset[str]()
+    *_, last = METHODS
     for method in METHODS:
         equations = mq.derive(mechanism, method=method)
         if not equations.legible:
             parts.append(derivation(mechanism, method, form, steps=True))
             continue
-        document = replace(equations.document, explained=explained)
+        document = replace(equations.document, explained=explained, special=method == last)
         parts.append(getattr(document, form)(steps=True, symbols=True))
         explained |= {name for meaning in document.meanings(steps=True) for name in meaning.names}
     try:
