@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
 import mecanique as mq
+from mecanique.derivation.numeric.constraints.rows import Held
 from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.tree.poses import combination, origin
+from mecanique.model.states import States
 
 KINDS = ("hinge", "pin", "plate", "weld", "ball", "distance")
 
@@ -231,3 +234,21 @@ def test_code_of_loops_is_judged_by_what_their_distance_from_the_origin_leaves(k
         assert verdict.worst["acceleration"] <= excused[offset]
     assert excused[0.0] < 1e-11
     assert 1e-11 < excused[3e3] < 1e-8
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("joint", [mq.Floating, mq.Universal, mq.Spherical])
+def test_what_carries_a_whole_loop_is_in_none_of_its_rows(
+    kind: str, joint: type[mq.Floating | mq.Universal | mq.Spherical]
+) -> None:
+    """Not even by the rounding of what cancels there, which would count as a constraint."""
+    fixed = linkage(kind)
+    tilt, *others = fixed.joints
+    carrier = joint("carrier", "ground", "frame", origin=tilt.origin)
+    carried = replace(fixed, joints=(carrier, *others))
+    random = np.random.default_rng(1)
+    q, v = random.normal(size=(20, carried.nq)), random.normal(size=(20, carried.nv))
+    jacobian = Held(carried).at(States.of(carried, q, v)).jacobian
+    columns = [carried.velocities.index(name) for name in carrier.velocities]
+    assert not jacobian[:, :, columns].any()
+    assert np.delete(jacobian, columns, axis=2).any(axis=(0, 2)).any()

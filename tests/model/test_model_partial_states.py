@@ -71,3 +71,43 @@ def test_followers_count_for_what_they_follow() -> None:
     assert explain_defaults(mechanism, {leader: 0.1}) == ""
     assert explain_defaults(mechanism, [0.1]) == ""
     assert explain_defaults(mechanism, None) == f"; {leader} = 0 was not given"
+
+
+@pytest.mark.parametrize(("slope", "offset"), [(3.0, 0.5), (-0.25, 0.0), (0.7, -2.0)])
+def test_what_follows_gives_what_it_follows(slope: float, offset: float) -> None:
+    """b = s a + c, from which a = (b − c) / s and a' = b' / s."""
+    parts = mq.Parameter("s", slope), mq.Parameter("c", offset)
+    rod = mq.rod(1.0, 1.0)
+    follower = mq.Mechanism(
+        "follower",
+        (mq.Body("ground"), mq.Body("first", rod), mq.Body("second", rod)),
+        (
+            mq.Revolute("one", "ground", "first", axis=(0, 1, 0), coordinate="a"),
+            mq.Revolute("two", "first", "second", axis=(0, 1, 0), coordinate="b"),
+        ),
+        parameters=parts,
+        coordinates=mq.Coordinates(("a",), {"b": parts[0] * mq.coordinate("a") + parts[1]}),
+    )
+    a = np.array([0.4, -1.3])
+    np.testing.assert_allclose(
+        follower.position({"b": slope * 0.4 + offset}), [0.4], rtol=1e-14, atol=0
+    )
+    given: Any = {"b": slope * a + offset}
+    many = follower.position(given, many=True)
+    np.testing.assert_allclose(many, a[:, None], rtol=1e-14, atol=0)
+    np.testing.assert_allclose(follower.velocity({"b'": slope * 0.4}), [0.4], rtol=1e-14, atol=0)
+    np.testing.assert_allclose(
+        follower.acceleration({"b''": slope * 0.4}), [0.4], rtol=1e-14, atol=0
+    )
+
+
+def test_coefficients_are_lengths_where_friction_of_a_named_force_may_turn() -> None:
+    by_force, by_name = (
+        mq.Friction("dry", "axle", 0.1, 20.0),
+        mq.Friction("dry", "axle", 0.1, "wall"),
+    )
+    units = [{its.name: its.units for its in dry.stated} for dry in (by_force, by_name)]
+    assert (units[0]["mu"], units[0]["mu static"]) == (("1",), ("1",))
+    assert (units[1]["mu"], units[1]["mu static"]) == (("1", "m"), ("1", "m"))
+    assert units[0]["load"] == ("N", "N·m")
+    assert units[0]["speed"] == units[1]["speed"] == ("m/s", "rad/s")

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from sympy import cos, sin, sqrt
 
 import mecanique as mq
+from mecanique.verification.states import random_states
 
 ACROSS = (0.0, -1.0, 0.0)
 FLAT = (np.pi / 2, 0.0, 0.0)
@@ -67,6 +68,7 @@ def test_runs_of_a_belt_are_tangents_in_the_plane_of_its_frame() -> None:
         assert arm @ action.force == pytest.approx(0, abs=1e-13)
         assert np.linalg.norm(action.force) == pytest.approx(tensions[action.name], rel=1e-12)
     for first, second in zip(actions[::2], actions[1::2], strict=True):
+        assert (first.body, first.other) == (second.other, second.body)
         np.testing.assert_allclose(first.force, -second.force, rtol=0, atol=1e-13)
         run = second.point - first.point
         np.testing.assert_allclose(np.cross(run, first.force), 0.0, rtol=0, atol=1e-13)
@@ -213,3 +215,22 @@ def test_a_massless_rod_pushes_along_itself() -> None:
     about_pin = np.cross(0.3 * np.array([np.cos(0.7), 0, np.sin(0.7)]), -pull)
     spin = 0.3**2 / 3 * reference.acceleration(q, v)[0]
     assert about_pin @ ACROSS == pytest.approx(spin, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "name", [name for name in mq.textbook.names() if mq.textbook.load(name).elements]
+)
+def test_what_an_element_does_to_a_body_is_done_back_to_it(name: str) -> None:
+    """Of each pair of bodies the forces of an element, and their moments about a point, cancel."""
+    mechanism = mq.textbook.load(name)
+    states = random_states(mechanism, 2, 0)
+    for q, v in zip(states.q, states.v, strict=True):
+        done: dict[tuple[str, str | None, str], np.ndarray] = {}
+        for action in mq.Reference(mechanism).guide_actions(q, v):
+            moment = np.cross(action.point, action.force) + action.moment
+            effect, key = np.append(action.force, moment), (action.body, action.other, action.name)
+            done[key] = done.get(key, np.zeros(6)) + effect
+        largest = np.max(np.abs([*done.values()]))
+        for (body, other, element), effect in done.items():
+            back = done[str(other), body, element]
+            np.testing.assert_allclose(effect, -back, rtol=0, atol=1e-11 * largest)

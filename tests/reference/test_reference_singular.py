@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from mecanique.reference.loops.singular import (
     _FAR,
     _NEAR,
     _SIDE,
+    _WEIGHTS,
     ClosedRhs,
     _distance,
     _find_way,
@@ -243,3 +245,42 @@ def test_places_around_a_state_are_sought_where_the_path_leads(
             size = np.linalg.norm(bend)
             assert size > 1e-5
             assert np.linalg.norm(sought - bend) < 1.2 * 2 / k**2 * size
+
+
+@pytest.mark.parametrize(
+    ("gaps", "rounding", "turns"),
+    [
+        ([], 1e-14, None),
+        ([0.9e-6], 1e-14, None),  # it may be an error of the interpolation
+        ([1.1e-6], 1e-14, True),
+        ([1e-3, 1e-3, 1e-3], 1e-14, True),
+        ([1e-6, 1e-6 / 2**16], 1e-14, False),
+        ([1e-6, 1e-6 / 2**16, 1e-14], 1e-15, False),
+        ([1e-8, 2e-9, 2e-9], 1e-14, True),
+        ([1e-11, 1e-11, 1e-11], 2e-11, False),
+        ([1e-11, 1e-11, 1e-11], 1e-14, EngineError),
+    ],
+)
+def test_branches_turn_where_the_gap_between_them_stays_as_states_come_nearer(
+    gaps: list[float], rounding: float, turns: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What falls to less than a tenth is an error of the interpolation, which falls by 2^16."""
+    left = list(gaps)
+    landing = SimpleNamespace(rounding=rounding, bend=np.zeros(1))
+    measured = SimpleNamespace(at=lambda *_: SimpleNamespace(residual=np.array([left.pop(0)])))
+    closed: Any = SimpleNamespace(closures=measured, mechanism=SimpleNamespace(name="chain"))
+    metric = SimpleNamespace(columns=np.eye(1), units=SimpleNamespace(rows=np.ones(1)))
+    way: Any = SimpleNamespace(along=np.ones(1), right=np.eye(1), metric=metric)
+    given: Any = SimpleNamespace(q=np.zeros(1), v=np.zeros(1), t=0.0)
+    around = [landing] * (2 * len(_WEIGHTS))
+    monkeypatch.setattr(
+        "mecanique.reference.loops.singular._land_around", lambda *_: around if left else None
+    )
+    monkeypatch.setattr(
+        "mecanique.reference.loops.singular.displace", lambda closed, q, step: q + step
+    )
+    if turns is EngineError:
+        with pytest.raises(EngineError, match="come within 1e-11 of crossing"):
+            _turns_ahead(closed, way, given, 0.1)
+    else:
+        assert _turns_ahead(closed, way, given, 0.1) is turns

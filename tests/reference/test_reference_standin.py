@@ -171,6 +171,16 @@ def test_wrenches_are_transformed_there_and_back() -> None:
         np.testing.assert_allclose(same.angular, wrench.angular, rtol=0, atol=1e-14)
 
 
+def test_force_and_moment_are_set_where_they_are_read() -> None:
+    wrench = standin.Force(np.arange(6.0))
+    wrench.linear, wrench.angular = np.array([7.0, 8, 9]), np.array([4.0, 6, 5])
+    np.testing.assert_array_equal(wrench.vector, [7, 8, 9, 4, 6, 5])
+    np.testing.assert_array_equal(wrench.angular, [4, 6, 5])
+    wrench.angular += 1.0
+    wrench.linear -= 1.0
+    np.testing.assert_array_equal(wrench.vector, [6, 7, 8, 5, 7, 6])
+
+
 def test_wrenches_add_up() -> None:
     a, b = standin.Force(np.arange(6.0)), standin.Force(np.array([1.0, -1, 2, 0, 3, -2]))
     np.testing.assert_array_equal((a + b).vector, [1, 0, 4, 3, 7, 3])

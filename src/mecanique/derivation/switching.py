@@ -28,11 +28,11 @@ from mecanique.derivation.mechanics.switching import (
     place_of,
 )
 from mecanique.derivation.printing import prose
-from mecanique.derivation.printing.expressions import from_sympy, to_matrix, to_sympy
-from mecanique.derivation.printing.formulas import MOVING, SUMS, open_sum
+from mecanique.derivation.printing.expressions import PLACES, from_sympy, to_matrix, to_sympy
+from mecanique.derivation.printing.formulas import open_sum
 from mecanique.derivation.printing.lines import INLINE, display, width
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer, to_lines, write
-from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import DerivationError
@@ -584,8 +584,8 @@ def _place_letters(mechanism: Mechanism) -> dict[str, tuple[float, float]]:
     """Return the sort key of each letter in a product: parameters, coordinates, velocities."""
     kinds = (
         (0, [parameter.symbol for parameter in mechanism.parameters]),
-        (SUMS + 5, mechanism.coordinates.names),
-        (MOVING, mechanism.velocities),
+        (PLACES[Kind.COORDINATE], mechanism.coordinates.names),
+        (PLACES[Kind.VELOCITY], mechanism.velocities),
     )
     return {name: (kind, k) for kind, names in kinds for k, name in enumerate(names)}
 

@@ -43,7 +43,7 @@ from mecanique.derivation.scalars.series import Kind, Ring, Series, canonical
 _LARGEST = 40  # polynomials with more terms are not factored
 _WILD = 10_000  # coefficients that are larger multiples of their common measure stay decimals
 
-_PLACES = {
+PLACES = {
     Kind.CONSTANT: -1,
     Kind.ATOM: 5,
     Kind.TIME: SUMS + 5,
@@ -54,6 +54,7 @@ _PLACES = {
     Kind.REACTION: MOVING + 2,
     Kind.VARIATION: MOVING + 3,
 }
+"""Order of letters within a product, by kind; parameters have that of their unit."""
 
 
 def to_formula(series: Series) -> Product:
@@ -321,7 +322,7 @@ def to_power(inner: Product, e: Fraction) -> Product:
 
 def _letter(ring: Ring, index: int) -> Letter:
     generator = ring.generators[index]
-    place = _PLACES.get(generator.kind, ring.places.get(generator.name, 0))
+    place = PLACES.get(generator.kind, ring.places.get(generator.name, 0))
     return Letter(generator.name, (place, index), generator.kind is Kind.INPUT)
 
 
