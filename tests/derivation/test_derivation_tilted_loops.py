@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import mecanique as mq
+from mecanique.derivation.mechanics.loops import label_rows
 from mecanique.derivation.numeric.constraints.rows import Held
 from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.symbolic.symbols import Algebra
@@ -252,3 +255,20 @@ def test_what_carries_a_whole_loop_is_in_none_of_its_rows(
     columns = [carried.velocities.index(name) for name in carrier.velocities]
     assert not jacobian[:, :, columns].any()
     assert np.delete(jacobian, columns, axis=2).any(axis=(0, 2)).any()
+
+
+def test_lengths_and_angles_of_each_loop_are_blocks_of_their_own() -> None:
+    """As are each contact and each constraint on velocities."""
+    loops = [
+        SimpleNamespace(name=name, kind=kind)
+        for name, kind in zip("ABC", ["hinge"] * 3, strict=True)
+    ]
+    contact = SimpleNamespace(name="wheel", rows=("normal", "along"))
+    laws = [SimpleNamespace(name="law"), SimpleNamespace(name="other")]
+    mechanism: Any = SimpleNamespace(loops=loops, contacts=[contact], velocity_constraints=laws)
+    blocks: dict[int, list[str]] = {}
+    for label in label_rows(mechanism):
+        blocks.setdefault(label.block, []).append(label.name)
+    of_loops = [[f"{x}: {row}" for row in rows] for x in "ABC" for rows in ("xyz", ("rx", "ry"))]
+    assert [*blocks.values()] == [*of_loops, ["wheel: normal", "wheel: along"], ["law"], ["other"]]
+    assert sorted(blocks) == [*blocks]
