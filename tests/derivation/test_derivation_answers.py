@@ -144,14 +144,21 @@ def test_a_simulated_planet_stays_on_that_conic() -> None:
     np.testing.assert_allclose(motion["r"], conic, rtol=1e-8, atol=0)
 
 
-def test_a_mass_on_a_turning_spring_is_no_planet() -> None:
-    """With V = k r^2/2 the radius oscillates twice in a turn (Goldstein, sect. 3.6)."""
+def turning_spring(letter: str) -> mq.Mechanism:
     kepler = mq.textbook.load("kepler_orbit")
-    stiffness = mq.Parameter("k", 2.0, "N/m", "stiffness")
+    stiffness = mq.Parameter(letter, 2.0, "N/m", "stiffness")
     spring = mq.JointSpring("spring", "r", stiffness, 0.0)
     kept = tuple(parameter for parameter in kepler.parameters if parameter.symbol != "mu")
-    turning = replace(kepler, forces=(spring,), parameters=(*kept, stiffness))
-    found = answers(turning)
+    return replace(kepler, forces=(spring,), parameters=(*kept, stiffness))
+
+
+def test_a_letter_that_a_mechanism_has_is_given_no_second_meaning() -> None:
+    assert answers(turning_spring("omega")) == {}
+
+
+def test_a_mass_on_a_turning_spring_is_no_planet() -> None:
+    """With V = k r^2/2 the radius oscillates twice in a turn (Goldstein, sect. 3.6)."""
+    found = answers(turning_spring("k"))
     assert "Orbit" not in found
     assert [line.text() for line in found["Steady rotation"].lines] == [
         "r_0^4 = p_phi^2/(m k)",

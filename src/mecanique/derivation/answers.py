@@ -73,7 +73,9 @@ def answers_of(derivation: Derivation) -> tuple[Ending, ...]:
             endings.append(_find_steady_vibration(derivation))
         with suppress(DerivationError):
             endings += rotations_of(mechanism)
-    return tuple(ending for ending in endings if ending.lines)
+    # a letter that the mechanism has for something else would be read as that
+    known = {*mechanism.values, *mechanism.coordinates}
+    return tuple(x for x in endings if x.lines and known.isdisjoint(x.unknowns))
 
 
 def _find_small_motions(derivation: Derivation) -> Ending:

@@ -147,7 +147,12 @@ class _Rotation:
         meanings = {f"{x}_0": f"constant {x} [{self._unit}]"} | _OMEGA
         yield Ending(said, tuple(lines), meanings, _ROTATION)
         (turning, *_) = self._ignored
-        if (low, high) == (-3, -2) and tidy(turning.inertia / ring[x] ** 2) == self._inertia:
+        stated = "E" in self._lagrange.algebra.mechanism.values
+        if (
+            (low, high) == (-3, -2)
+            and not stated
+            and tidy(turning.inertia / ring[x] ** 2) == self._inertia
+        ):
             yield self._draw_conic(B, place)
 
     def _draw_conic(self, pull: Series, place: Series) -> Ending:
