@@ -133,6 +133,14 @@ def test_terms_and_modes_on_a_tape_are_those_of_the_engine(mechanism: mq.Mechani
     assert told >= 3
 
 
+@pytest.mark.parametrize("size", [1, 2, 3, 5])
+def test_elimination_solves_any_regular_system(size: int) -> None:
+    random = np.random.default_rng(size)
+    A, b = random.normal(size=(size, size)) + 4 * np.eye(size), random.normal(size=size)
+    expected = np.linalg.solve(A, b)
+    np.testing.assert_allclose(eliminate(A.tolist(), b.tolist()), expected, rtol=0, atol=1e-12)
+
+
 def test_rows_without_slip_are_solved_as_a_symmetric_system(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
