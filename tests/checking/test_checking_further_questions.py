@@ -80,7 +80,7 @@ ANSWERED = (
         *("right", "set aside"),
     ),
     ("base_excited_mass", "damped frequency", "sqrt(k/m)", "wrong", "it is the undamped frequency"),
-    ("cart_pole", "kinetic energy", "M x'^2/2 + m l^2 q'^2/2", "wrong", "are missing"),
+    ("cart_pole", "kinetic energy", "M x'^2/2 + m l^2 q'^2/2", "wrong", "is missing"),
     (
         *("furuta_pendulum", "kinetic energy"),
         "(M/3 + m) r^2 alpha'^2/2 + m l^2 theta'^2/2 + m r l cos(theta) alpha' theta'",

@@ -307,7 +307,11 @@ class Checker:
             return None
         for varied, forms in self._list_numbers(written):
             truth = self.truth.hold(varied)
-            again = self._compare(reading, self.ask(ask, varied), truth, text)
+            try:
+                asked = self.ask(ask, varied)
+            except InputError:
+                continue  # with these numbers what is asked for does not exist
+            again = self._compare(reading, asked, truth, text)
             if all(formula.agrees if motion else formula.holds for formula in again):
                 return truth, again, forms
         return None

@@ -69,6 +69,13 @@ class Node:
         return self.kind == "number" and not self.value
 
 
+def rename(node: Node, names: Mapping[str, str]) -> Node:
+    """Return a part with letters in place of others."""
+    if node.kind == "letter":
+        return replace(node, name=names.get(node.name, node.name))
+    return replace(node, parts=tuple(rename(part, names) for part in node.parts))
+
+
 def number(value: Fraction | int) -> Node:
     """Return a number."""
     return Node("number", value=Fraction(value))

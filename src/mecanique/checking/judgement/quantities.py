@@ -158,6 +158,10 @@ class _Asked:
         )
         if name == "kinetic energy":
             return exact
+        if name == "energy":
+            jacobi = self._value(self._jacobi, self._sample.values)
+            text = "it is Jacobi's integral T2 − T0 + V, not the energy T + V"
+            exact = replace(exact, slips=(("Jacobi", text, jacobi),))
         moved = roll(self._truth, self._sample)
         return replace(exact, kind="up to a constant", again=(self._value(series, moved), moved))
 
@@ -340,6 +344,13 @@ class _Asked:
     def _momenta(self) -> list[Series]:
         return [self._lagrange.T.diff(velocity) for velocity in self._truth.velocities]
 
+    @property
+    def _jacobi(self) -> Series:
+        """Σ p q' − L."""
+        ring = self._lagrange.V.ring
+        products = [p * ring[v] for p, v in zip(self._momenta, self._truth.velocities, strict=True)]
+        return ring.sum([self._lagrange.V - self._lagrange.T, *products])
+
     def hamiltonian(self, name: str, _: str) -> AskedQuantity:
         """Return Σ p q' − L, as a function of positions and momenta."""
         moved = roll(self._truth, self._sample)
@@ -347,17 +358,15 @@ class _Asked:
         momenta, again = (
             by_momentum(self._truth, map(values, self._momenta)) for values in (here, there)
         )
-        ring = self._lagrange.V.ring
-        products = [p * ring[v] for p, v in zip(self._momenta, self._truth.velocities, strict=True)]
-        H = ring.sum([self._lagrange.V - self._lagrange.T, *products])
         joules = dict.fromkeys(self._letters, read_unit("N·m"))
         dimensions = {**joules, **self._units_of_momenta()}
         return AskedQuantity(
             name=name,
             kind="up to a constant",
             letters=self._letters,
-            values=here(H),
-            again=(there(H), {**moved, **again}),
+            series=dict.fromkeys(self._letters, self._jacobi),
+            values=here(self._jacobi),
+            again=(there(self._jacobi), {**moved, **again}),
             dimensions=dimensions,
             more=momenta,
         )

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from itertools import combinations, islice, permutations
 from typing import Any, NamedTuple, TypeAlias, final
 
@@ -92,14 +91,10 @@ class RightEquations:
 
     def rebuild(self, mechanism: Mechanism) -> EquationValues | None:
         """Return the terms of a changed mechanism in the same states."""
-        try:
-            lagrange = Lagrange(replace(mechanism, loops=(), contacts=()))
-            derivation = lagrange.derivation()
-        except MecaniqueError:
+        derived = _derive_tree(mechanism)
+        if derived is None or derived[0].algebra.velocities != self.truth.velocities:
             return None
-        if derivation.algebra.velocities != self.truth.velocities:
-            return None
-        return self._evaluate(derivation, lagrange.V)
+        return self._evaluate(*derived)
 
     def split(self, mechanism: Mechanism) -> tuple[EquationValues, EquationValues] | None:
         """Return the terms of a changed mechanism without gravity, and those that it adds."""
@@ -127,6 +122,17 @@ class RightEquations:
             taken = {**values, **(read(values) if read else {})}
             rows.append(SeriesValues(derivation, taken, self.sample.count)(V))
         return np.stack(rows)
+
+
+@lru_cache(maxsize=256)
+def _derive_tree(mechanism: Mechanism) -> tuple[Derivation, Series] | None:
+    """Return the derivation of a mechanism without its constraints, and its potential."""
+    # the same changes are evaluated in several positions
+    try:
+        lagrange = Lagrange(replace(mechanism, loops=(), contacts=()))
+        return lagrange.derivation(), lagrange.V
+    except MecaniqueError:
+        return None
 
 
 def group_by_velocities(series: Series, velocities: Sequence[str]) -> dict[tuple[int, ...], Series]:
@@ -244,7 +250,7 @@ def _change(
 
 def list_parts(series: Series, velocities: Sequence[str]) -> list[Series]:
     """Return parts of a series: by powers of velocities, by parameters, and single terms."""
-    single = [_term(series, *term) for term in series.terms()]
+    single = series.split()
     if len(single) > _MOST_SINGLE:
         return []
     parts = list(group_by_velocities(series, velocities).values())
@@ -255,7 +261,7 @@ def list_parts(series: Series, velocities: Sequence[str]) -> list[Series]:
 
 def _split(series: Series) -> list[Series]:
     """Return parts of a series: its terms, and those that share letters, or sine and cosine."""
-    terms = list(series.terms())
+    terms, single = list(series.terms()), series.split()
     if not 1 < len(terms) <= _MOST_TERMS:
         return []
     ring = series.ring
@@ -267,13 +273,8 @@ def _split(series: Series) -> list[Series]:
             together.setdefault(term[first:last], []).append(place)
         for places in together.values():
             if len(places) < len(terms):
-                parts = [_term(series, *terms[place]) for place in places]
-                groups[frozenset(places)] = ring.sum(parts)
+                groups[frozenset(places)] = ring.sum([single[place] for place in places])
     return list(groups.values())
-
-
-def _term(series: Series, trig: int, monomial: int, c: Fraction) -> Series:
-    return Series(series.ring, {trig: {monomial: c.numerator}}, c.denominator, series.reach)
 
 
 def _name(powers: Sequence[int]) -> str:
@@ -438,9 +439,21 @@ def mistake_parts(right: RightEquations) -> Iterator[WrongDerivation]:
             (2.0, "half", 1.1, f"{T} has an extra factor ½, or {V} is counted twice"),
         ):
             yield WrongDerivation(kind, what, how_likely, still.plus(gravity, factor))
+        alike: dict[tuple[str, float, str], list[tuple[str, EquationValues]]] = {}
         for body in mechanism.bodies:
             if plain(body.mass) != 0:
-                yield from _body(right, mechanism, body, still)
+                for kind, weight, words, wrong in _body(right, mechanism, body, still):
+                    yield WrongDerivation(kind, words.format(repr(body.name)), weight, wrong)
+                    alike.setdefault((kind, weight, words), []).append((body.name, wrong))
+        for (kind, weight, words), several in alike.items():
+            if several[1:]:
+                # terms of bodies add up, and so do the mistakes in them
+                whole = right.terms
+                for _, wrong in several:
+                    whole = whole.plus(wrong).plus(right.terms, -1)
+                *names, last = [repr(name) for name, _ in several]
+                each = f"each of {', '.join(names)} and {last}"
+                yield WrongDerivation(kind, words.format(each), weight + 0.05, whole)
     for force in mechanism.forces:
         others = tuple(present for present in mechanism.forces if present is not force)
         less = right.rebuild(replace(mechanism, forces=others))
@@ -474,43 +487,60 @@ def _forget_free_length(
 
 def _body(
     right: RightEquations, mechanism: Mechanism, body: Body, still: EquationValues
-) -> Iterator[WrongDerivation]:
-    """Yield mistakes about a body: inertia about center or joint, Steiner's term, weight."""
+) -> Iterator[tuple[str, float, str, EquationValues]]:
+    """Yield mistakes about a body, "{}": inertia about center or joint, Steiner's term, weight."""
     bare = right.split(_with_body(mechanism, body.replace(inertia=(0.0,) * 6)))
     gone = right.split(_with_body(mechanism, body.replace(mass=0.0, inertia=(0.0,) * 6)))
     if bare is None or gone is None:
         return
     terms = right.terms
-    name = repr(body.name)
     particle = bare[0].plus(bare[1])
     # the inertia forces of its mass at its center
     moving, weight = (
         with_mass.plus(without, -1) for with_mass, without in zip(bare, gone, strict=True)
     )
     mistakes = [
-        ("missing", 1.3, f"the mass of {name} is missing", gone[0].plus(gone[1])),
-        ("missing", 1.1, f"the weight of {name} is missing", terms.plus(weight, -1)),
-        ("sign", 1.1, f"the sign of the weight of {name} is wrong", terms.plus(weight, -2)),
+        ("missing", 1.3, "the mass of {} is missing", gone[0].plus(gone[1])),
+        ("missing", 1.1, "the weight of {} is missing", terms.plus(weight, -1)),
+        ("sign", 1.1, "the sign of the weight of {} is wrong", terms.plus(weight, -2)),
     ]
     # the moments of inertia of a body that only slides do not matter
     if _differ(terms.M, particle.M):
-        own = f"the inertia of {name} about its own center"
-        about = f"the inertia of {name} is taken about its center (Steiner's term is missing)"
+        own = "the inertia of {} about its own center"
+        about = "the inertia of {} is taken about its center (Steiner's term is missing)"
         steiner = (
-            f"Steiner's term of {name} is counted twice: inertia about the joint and the motion "
+            "Steiner's term of {} is counted twice: inertia about the joint and the motion "
             "of the center"
         )
+        # each change of a closed mechanism takes long to derive
+        turning = None if mechanism.constrained else _turn_about_joint(right, mechanism, body)
+        # what is dropped of a body whose center is in its joint may as well be a term
+        likely = 0.8 if turning else 1.15
+        turning = turning or moving
         mistakes += [
             ("inertia", 1.0, f"{own} is missing (as for a particle)", particle),
             # a named body says more than a term that "should be 4/5 times as large"
             ("inertia", 1.3, f"{own} is counted twice", terms.plus(terms.plus(particle, -1))),
-            ("parallel axis", 0.8, about, terms.plus(moving, -1)),
-            ("parallel axis", 0.9, steiner, terms.plus(moving)),
+            ("parallel axis", likely, about, terms.plus(turning, -1)),
+            ("parallel axis", likely + 0.1, steiner, terms.plus(turning)),
         ]
         if any(plain(x) for x in body.center):
             mistakes += _at_end(right, mechanism, body, (particle, still))
-    for kind, how_likely, what, wrong in mistakes:
-        yield WrongDerivation(kind, what, how_likely, wrong)
+    yield from mistakes
+
+
+def _turn_about_joint(
+    right: RightEquations, mechanism: Mechanism, body: Body
+) -> EquationValues | None:
+    """Return the terms of Steiner's part of the inertia about the joint, None if it is zero."""
+    x, y, z = body.center
+    squares = (y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)
+    if not any(plain(entry) for entry in squares):
+        return None
+    pairs = zip(body.inertia, squares, strict=True)
+    more = tuple(own + body.mass * square for own, square in pairs)
+    changed = right.rebuild(_with_body(mechanism, body.replace(inertia=more)))
+    return changed.plus(right.terms, -1) if changed else None
 
 
 def _at_end(
@@ -525,10 +555,19 @@ def _at_end(
     point = right.rebuild(_with_body(mechanism, far.replace(inertia=(0.0,) * 6)))
     # along the axis about which it turns, its end is no other place than its center
     if point is not None and _differ(point.M, particle.M):
-        what = f"{body.name!r} is taken for a point mass at its end instead of a body with inertia"
+        what = "{} is taken for a point mass at its end instead of a body with inertia"
         yield "point mass", 0.9, what, point
-    if (there := right.split(_with_body(mechanism, far))) is not None:
-        what = f"the weight of {body.name!r} acts at its end instead of its center (twice the arm)"
+    there = right.split(_with_body(mechanism, far))
+    if there is not None and point is not None and _differ(point.M, particle.M):
+        inertia_alone = point.plus(there[1], -1).plus(right.terms).plus(still, -1)
+        yield (
+            "point mass",
+            1.2,
+            "the inertia of {} is that of a point mass at its end",
+            inertia_alone,
+        )
+    if there is not None:
+        what = "the weight of {} acts at its end instead of its center (twice the arm)"
         yield "weight", 1.0, what, still.plus(there[1])
 
 
@@ -626,6 +665,22 @@ def _find_surplus(
     return np.asarray(np.einsum("nd,ndi->ni", p[:, chosen], rates - slopes))
 
 
+_PAIRED = ("inertia", "parallel axis", "point mass", "weight", "potential sign", "free length")
+_MOST_PAIRED = 16
+"""Two mistakes at once are sought among no more than these."""
+
+
+def _pair(right: RightEquations, single: Sequence[WrongDerivation]) -> Iterator[WrongDerivation]:
+    """Yield equations with two of some mistakes."""
+    plain_ones = [mistake for mistake in single if mistake.kind in _PAIRED]
+    if len(plain_ones) > _MOST_PAIRED or right.truth.mechanism.constrained:
+        return
+    for first, second in combinations(plain_ones, 2):
+        terms = first.terms.plus(second.terms).plus(right.terms, -1)
+        weight = first.weight + second.weight + 0.2
+        yield WrongDerivation("two slips", f"{first.text}; {second.text}", weight, terms)
+
+
 _SINGULAR = 1e-12
 
 
@@ -645,28 +700,30 @@ class Hypotheses:
     @cached_property
     def _led(self) -> list[tuple[WrongDerivation, Array]]:
         """Every hypothesis that determines a motion other than the right one, with that motion."""
+        with stop_clock():
+            led = ((hypothesis, self._lead(hypothesis)) for hypothesis in self.every)
+            return [(hypothesis, motion) for hypothesis, motion in led if motion is not None]
+
+    @cached_property
+    def every(self) -> list[WrongDerivation]:
+        """Every hypothesis, also those that change nothing in the states."""
         if self._truth.derivation is None:
             return []
-        with stop_clock():
-            return list(self._lead_all())
-
-    def _lead_all(self) -> Iterator[tuple[WrongDerivation, Array]]:
         right = self.right
+        parts = list(mistake_parts(right))
         hypotheses = [
             *mistake_terms(right),
             *mistake_letters(right),
             *mistake_operator(right),
             *mistake_readings(right),
-            *mistake_parts(right),
+            *parts,
+            *_pair(right, parts),
         ]
         if self._truth.mechanism.constrained:
             hypotheses += mistake_constraints(right)
         else:
             hypotheses += [*mistake_angles(right), *linearize(right)]
-        for hypothesis in hypotheses:
-            motion = self._lead(hypothesis)
-            if motion is not None:
-                yield hypothesis, motion
+        return hypotheses
 
     @property
     def listed(self) -> tuple[WrongDerivation, ...]:

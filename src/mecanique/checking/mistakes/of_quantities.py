@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import chain, pairwise
+from itertools import chain, combinations, pairwise
 from types import MappingProxyType
 from typing import TypeAlias, final
 
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.checking.budget import spend
+from mecanique.checking.budget import spend, stop_clock
 from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import Statement
 from mecanique.checking.grammar.tape import FormulaTape
@@ -27,19 +28,22 @@ from mecanique.checking.grammar.tree import (
     number,
     raise_to,
     rate,
+    rename,
 )
 from mecanique.checking.judgement.equilibria import judge_positions
 from mecanique.checking.judgement.motion import Residual
 from mecanique.checking.judgement.quantities import ENERGIES, AskedQuantity, measure, roll
 from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes.hypotheses import (
+    MULTIPLES,
     EquationValues,
     Hypotheses,
     Reading,
+    WrongDerivation,
     list_relative,
 )
 from mecanique.checking.verdict import Mistake
-from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import FormulaError
 from mecanique.model.random_positions import angles
@@ -50,8 +54,14 @@ _ALIKE = 1e-6
 _STEP = 1e-5
 """A displacement from equilibrium, in radians or meters, at which restoring forces are taken."""
 
+_MOST_MODES = 3
+"""Of more frequencies at once none is derived with mistakes."""
+
 Claims: TypeAlias = "list[dict[str, Array]]"
 """The values of all letters in the states, and in others, as a formula says them."""
+
+_SUMS = {"Lagrangian": (1, -1), "energy": (1, 1), "Hamiltonian": (1, 1)}
+"""How much of T and V is in what is their sum or difference."""
 
 _CONSERVED = 1e-8
 """A rate below this part of its terms is zero."""
@@ -63,6 +73,7 @@ class QuantityMistakes:
 
     def __init__(self, truth: Truth, hypotheses: Hypotheses) -> None:
         self._truth = truth
+        self._units = {p.symbol: p.unit for p in truth.mechanism.parameters}
         self._hypotheses = hypotheses
         self._quantity: AskedQuantity | None = None
         self._known: list[tuple[Mistake, Claims]] = []
@@ -74,19 +85,22 @@ class QuantityMistakes:
             return
         for mistake, claims in self._recall_claims(quantity):
             spend()
-            if _holds(residual, claims):
+            if quantity.kind != "several":
+                explains = _holds(residual, claims)
+            else:
+                every = all if is_repeated(residual.root, quantity) else any
+                explains = every(_holds(residual, [claim]) for claim in claims)
+            if explains:
                 yield mistake
 
-    def mutate(
-        self, residual: Residual, quantity: AskedQuantity, written: str
-    ) -> Iterator[Mistake]:
+    def mend(self, residual: Residual, quantity: AskedQuantity, written: str) -> Iterator[Mistake]:
         """Yield the single changes after which a formula would be right, wherever they stand."""
         if quantity.kind not in ("value", "up to a constant") or quantity.values is None:
             return
         claims = self._claim(quantity, quantity.values)
         if quantity.again is not None:
             claims += self._claim(quantity, *quantity.again)
-        for mistake, changed in _mutate(residual.root, written):
+        for mistake, changed in mutate(residual.root, written, self._units):
             spend()
             if _holds(replace(residual, root=changed), claims):
                 yield mistake
@@ -102,8 +116,11 @@ class QuantityMistakes:
 
     def _list_claims(self, quantity: AskedQuantity) -> Iterator[tuple[Mistake, Claims]]:
         """Yield mistakes, each with what a formula says that makes it."""
-        if quantity.name in ENERGIES or quantity.velocity:
-            yield from self._claim_energies(quantity, *ENERGIES.get(quantity.name, (0, 0)))
+        if quantity.name in _SUMS or quantity.name in ENERGIES or quantity.velocity:
+            shares = {**ENERGIES, **_SUMS}.get(quantity.name, (0, 0))
+            yield from self._claim_energies(quantity, *shares)
+        if quantity.again is not None and quantity.name in _SUMS:
+            yield from self._claim_shares(quantity, *_SUMS[quantity.name])
         if quantity.kind in ("value", "up to a constant"):
             yield from self._claim_readings(quantity)
             for kind, text, values in quantity.slips:
@@ -181,17 +198,45 @@ class QuantityMistakes:
             if quantity.velocity:
                 k = truth.velocities.index(quantity.velocity)
                 more = np.einsum("nj,nj->n", dM[:, k], v)
+            if quantity.name == "Hamiltonian":
+                # in momenta, T is p M⁻¹ p/2
+                p = np.einsum("nij,nj->ni", sample.M, v)
+                wrong_v = np.linalg.solve(hypothesis.terms.M, p[..., None])[..., 0]
+                more = np.einsum("ni,ni->n", p, wrong_v - v) / 2 + dV[0]
             claims = self._claim(quantity, quantity.values + more)
             for (values, states), change in zip(resting, dV, strict=False):
                 claims += self._claim(quantity, values + potential * change, states)
-            yield hypothesis.mistake(), claims
+            # what is not asked for is less likely wrong
+            aside = (kinetic == 0 and dM.any()) or (potential == 0 and dV.any())
+            yield hypothesis.mistake(0.2 * aside), claims
+
+    def _claim_shares(
+        self, quantity: AskedQuantity, kinetic: int, potential: int
+    ) -> Iterator[tuple[Mistake, Claims]]:
+        """Yield T or V left out, with the wrong sign, twice or half, in their sum."""
+        truth = self._truth
+        assert quantity.values is not None
+        assert quantity.again is not None
+        lagrange = Lagrange(truth.mechanism, truth.closed_form.algebra)
+        here, there = truth.at({}), truth.at(quantity.again[1])
+        for name, share, part in (
+            ("the kinetic energy", kinetic, lagrange.T),
+            ("the potential energy", potential, lagrange.V),
+        ):
+            for factor, kind, words in MULTIPLES:
+                change = share * (factor - 1)
+                claims = self._claim(quantity, quantity.values + change * here(part))
+                moved = quantity.again[0] + change * there(part)
+                claims += self._claim(quantity, moved, quantity.again[1])
+                yield Mistake(kind, words.format(name), "", 0.95 + 0.1 * (factor > 0)), claims
 
     def _at_rest(self, quantity: AskedQuantity) -> Iterator[tuple[Array, Mapping[str, Array]]]:
         """Yield the quantity where velocities vanish, in the states and in the moved ones."""
         assert quantity.again is not None
         truth, sample = self._truth, self._truth.sample
         series = next(iter(quantity.series.values()))
-        still = dict.fromkeys((*truth.velocities, *truth.accelerations), np.zeros(sample.count))
+        names = (*truth.velocities, *truth.accelerations, *quantity.more)
+        still = dict.fromkeys(names, np.zeros(sample.count))
         for moving in (sample.values, quantity.again[1]):
             states = {**moving, **still}
             yield truth.at(states)(series), states
@@ -207,35 +252,51 @@ class QuantityMistakes:
         for kind, text, several in quantity.slips:
             for omega in several:
                 yield Mistake(kind, text, "", 0.7), [{**known, **measure(omega, letters)}]
-        if len(quantity.values) == 1 and "'" in self._truth.velocities[0]:
-            for mistake, omega in self._frequencies(quantity.position):
-                yield mistake, [{**known, **measure(omega, letters)}]
+        if len(quantity.values) <= _MOST_MODES:
+            for mistake, wrong in self._frequencies(quantity.position):
+                yield mistake, [{**known, **measure(omega, letters)} for omega in wrong]
 
-    def _frequencies(self, position: Mapping[str, Array]) -> Iterator[tuple[Mistake, Array]]:
-        """Yield the frequencies that mistakes lead to, of one degree of freedom."""
+    def _frequencies(self, position: Mapping[str, Array]) -> Iterator[tuple[Mistake, list[Array]]]:
+        """Yield the frequencies that mistakes lead to, those that differ from the right ones."""
         truth = self._truth
-        name = truth.mechanism.coordinates.names[0]
-        middle = position.get(name, np.zeros(truth.sample.count))
-        sides = [truth.rest({name: middle + step}) for step in (-_STEP, _STEP)]
-        if sides[0] is None or sides[1] is None:
-            return
-        below, above = (Hypotheses(still) for still in sides if still is not None)
-        right = _oscillate(below.right.terms, above.right.terms)
-        others = {(hypothesis.kind, hypothesis.text): hypothesis for hypothesis in below.listed}
-        for hypothesis in above.listed:
-            other = others.get((hypothesis.kind, hypothesis.text))
-            if other is None or hypothesis.kind in ("linearized", "angle"):
+        sides: list[Hypotheses] = []
+        for velocity in truth.velocities:
+            name = velocity.removesuffix("'")
+            middle = position.get(name, np.zeros(truth.sample.count))
+            for step in (-_STEP, _STEP):
+                still = truth.rest({**position, name: middle + step})
+                if still is None or name == velocity:
+                    return
+                sides.append(Hypotheses(still))
+        with stop_clock():
+            right = _oscillate([side.right.terms for side in sides])
+            tables = [dict(zip(map(_key, side.every), side.every, strict=True)) for side in sides]
+        for hypothesis in sides[0].every:
+            key = _key(hypothesis)
+            terms = [table[key].terms for table in tables if key in table]
+            several = len(sides) > 2 and hypothesis.row >= 0
+            if len(terms) < len(sides) or several or hypothesis.kind in ("linearized", "angle"):
                 continue
-            omega = _oscillate(other.terms, hypothesis.terms)
-            if not np.allclose(omega, right, rtol=_ALIKE, atol=0.0):
-                yield hypothesis.mistake(), omega
+            pairs = zip(_oscillate(terms), right, strict=True)
+            wrong = [
+                omega
+                for omega, true in pairs
+                if not np.allclose(omega, true, rtol=_ALIKE, atol=0.0, equal_nan=True)
+            ]
+            if wrong:
+                yield hypothesis.mistake(), wrong
 
     def list_constants(self) -> Iterator[Series]:
-        """Yield those of the momenta and the energy that are constant in true motions."""
+        """Yield those of the momenta and Jacobi's integral that are constant in true motions."""
         truth = self._truth
         lagrange = Lagrange(truth.mechanism, truth.closed_form.algebra)
         value = truth.at({})
-        for series in (*map(lagrange.T.diff, truth.velocities), lagrange.T + lagrange.V):
+        momenta = list(map(lagrange.T.diff, truth.velocities))
+        ring = lagrange.V.ring
+        products = [p * ring[v] for p, v in zip(momenta, truth.velocities, strict=True)]
+        fixed = {Kind.PARAMETER, Kind.CONSTANT}
+        for whole in (*momenta, ring.sum([lagrange.V - lagrange.T, *products])):
+            series = ring.sum([term for term in whole.split() if term.kinds - fixed])
             if (np.abs(value(series.ddt())) <= _CONSERVED * np.abs(value(series)).max()).all():
                 yield series
 
@@ -249,9 +310,16 @@ class QuantityMistakes:
             (Mistake("missing", f"{symbol} is missing", "", 1.2), add(right, letter(symbol)))
             for symbol in symbols
         )
-        for mistake, changed in chain(_mutate(right, written, is_term=True), lacking):
+        mended_right = chain(mutate(right, written, self._units, is_term=True), lacking)
+        sides = [(mistake, (left, changed)) for mistake, changed in mended_right]
+        if left.kind != "letter":
+            sides += [
+                (mistake, (changed, right))
+                for mistake, changed in mutate(left, written, self._units)
+            ]
+        for mistake, changed_sides in sides:
             spend()
-            mended = replace(statements[wrong], sides=(left, changed))
+            mended = replace(statements[wrong], sides=changed_sides)
             others = (*statements[:wrong], mended, *statements[wrong + 1 :])
             try:
                 positions, _ = judge_positions(others, self._truth, written)
@@ -289,7 +357,7 @@ class QuantityMistakes:
                 "T2 − T0 + V, with the terms of T by their degree in the velocities"
             )
             yield Mistake("Jacobi", text, "", 0.5)
-        for mistake, changed in _mutate(root, written):
+        for mistake, changed in mutate(root, written, self._units):
             spend()
             try:
                 slope = rate(changed, moving)
@@ -301,10 +369,25 @@ class QuantityMistakes:
                 yield mistake
 
 
-def _oscillate(below: EquationValues, above: EquationValues) -> Array:
-    """Return the frequency about the middle of two positions near each other."""
-    rise = above.rest[:, 0] - below.rest[:, 0]
-    return np.sqrt(rise / (2 * _STEP * above.M[:, 0, 0]))
+def _key(hypothesis: WrongDerivation) -> tuple[str, str, int, Series | None]:
+    """Return by what a hypothesis is known in all positions."""
+    return hypothesis.kind, hypothesis.text, hypothesis.row, hypothesis.term
+
+
+def is_repeated(root: Node, quantity: AskedQuantity) -> bool:
+    """Whether a formula is an equation for a quantity, which occurs in it more than once."""
+    return sum(node.name in quantity.letters for node in root.walk()) > 1
+
+
+def _oscillate(sides: Sequence[EquationValues]) -> Array:
+    """Return the frequencies (nv, n) between positions below and above along each coordinate."""
+    steps = zip(sides[::2], sides[1::2], strict=True)
+    K = np.stack([(above.rest - below.rest) / (2 * _STEP) for below, above in steps], axis=-1)
+    M = sides[0].M
+    squares = np.full(K.shape[:2], np.nan)
+    at = np.flatnonzero(np.isfinite(K).all((1, 2)) & (np.abs(np.linalg.det(M)) > 0))
+    squares[at] = np.sort(np.linalg.eigvals(np.linalg.solve(M[at], K[at])).real, axis=1)
+    return np.asarray(np.sqrt(squares).T)
 
 
 def _turn_letters(
@@ -340,20 +423,60 @@ def _other_measures(
         yield 0.8, "it is inverted", inverse
 
 
-def _mutate(node: Node, text: str, *, is_term: bool = False) -> Iterator[tuple[Mistake, Node]]:
-    """Yield each single change within a formula, with the changed formula."""
+def mutate(
+    root: Node, text: str, units: Mapping[str, str], *, is_term: bool = False
+) -> Iterator[tuple[Mistake, Node]]:
+    """Yield each single change within a formula, and each at all its places, with the result."""
+    if {"sin", "cos"} <= {node.name for node in root.walk()}:
+        said = "sin and cos are exchanged"
+        yield Mistake("sin for cos", said, root.quote(text), 1.2), _exchange_waves(root)
+    times = Counter[Mistake]()
+    for mistake, changed in _mutate(root, text, units, is_term=is_term):
+        times[mistake] += 1
+        yield mistake, changed
+    for mistake, count in times.items():
+        if count > 1:
+            said = f"{mistake.text}, {count} times"
+            changed = _change_throughout(root, text, units, mistake)
+            yield replace(mistake, text=said, weight=mistake.weight + 0.2), changed
+
+
+def _exchange_waves(node: Node) -> Node:
+    name = {"sin": "cos", "cos": "sin"}.get(node.name, node.name)
+    return replace(node, name=name, parts=tuple(map(_exchange_waves, node.parts)))
+
+
+def _change_throughout(
+    node: Node, text: str, units: Mapping[str, str], mistake: Mistake, *, is_term: bool = False
+) -> Node:
+    """Return a formula with a change made wherever it can be."""
     part = node.quote(text)
-    for weight, kind, said, changed in _change(node, part, text, is_term=is_term):
+    if part == mistake.part:
+        for _, kind, said, changed in _change(node, part, text, units, is_term=is_term):
+            if (kind, said) == (mistake.kind, mistake.text):
+                return changed
+    within = node.kind in ("sum", "negative")
+    parts = (
+        _change_throughout(child, text, units, mistake, is_term=within) for child in node.parts
+    )
+    return replace(node, parts=tuple(parts))
+
+
+def _mutate(
+    node: Node, text: str, units: Mapping[str, str], *, is_term: bool
+) -> Iterator[tuple[Mistake, Node]]:
+    part = node.quote(text)
+    for weight, kind, said, changed in _change(node, part, text, units, is_term=is_term):
         yield Mistake(kind, said, part, weight), changed
     within = node.kind in ("sum", "negative")
     for k, child in enumerate(node.parts):
-        for mistake, changed in _mutate(child, text, is_term=within):
+        for mistake, changed in _mutate(child, text, units, is_term=within):
             parts = (*node.parts[:k], changed, *node.parts[k + 1 :])
             yield mistake, replace(node, parts=parts)
 
 
 def _change(
-    node: Node, part: str, text: str, *, is_term: bool
+    node: Node, part: str, text: str, units: Mapping[str, str], *, is_term: bool
 ) -> Iterator[tuple[float, str, str, Node]]:
     """Yield the changes of a part itself: weight, kind, words and the changed part."""
     squared = raise_to(node, number(2))
@@ -361,15 +484,27 @@ def _change(
         swapped = "cos" if node.name == "sin" else "sin"
         yield 1.0, "sin for cos", f"'{part}' should be {swapped}", call(swapped, *node.parts)
         yield 1.1, "power", f"'{part}' should be squared: '{part}^2'", squared
+        yield 1.5, "factor surplus", f"the factor '{part}' does not belong there", number(1)
     if node.kind == "call" and node.name in ("acos", "asin", "atan"):
         inverse = divide(number(1), node.parts[0])
         yield 0.8, "measure", f"the argument of '{part}' is inverted", call(node.name, inverse)
     if node.kind == "letter" and part:
         yield 1.2, "power", f"'{part}' should be {part}^2", squared
+    if node.kind == "quotient":
+        yield 1.0, "inverted", f"'{part}' is inverted", divide(*reversed(node.parts))
     if node.kind == "power":
         base = node.parts[0]
         yield 1.3, "power", f"'{part}' should be {base.quote(text)}", base
+    named = [letter for letter in units if letter in node.letters]
+    for first, second in combinations(named, 2) if node.kind == "sum" else ():
+        if units[first] == units[second]:
+            said = f"{first} and {second} are exchanged in '{part}'"
+            yield 1.3, "letter", said, rename(node, {first: second, second: first})
+    for other in units if node.name in units else ():
+        if units[other] == units[node.name] and other != node.name:
+            yield 1.3, "letter", f"{part} should be {other}", replace(node, name=other)
     if is_term:
+        yield 1.5, "extra", f"the term '{part}' does not belong there", multiply(number(0), node)
         yield 0.9, "sign", f"the sign of the term '{part}' is wrong", negate(node)
         twice, half = multiply(number(2), node), divide(node, number(2))
         yield 1.4, "factor", f"the term '{part}' is half of what it should be", twice

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from itertools import combinations, permutations
+from itertools import chain, permutations
 from types import MappingProxyType
 from typing import TypeAlias, final
 
@@ -24,7 +24,7 @@ from mecanique.checking.grammar.tape import FormulaTape, needed_values
 from mecanique.checking.grammar.tree import Node, rate
 from mecanique.checking.judgement.formula import Judged
 from mecanique.checking.judgement.motion import Residual, combine_angles, residuals
-from mecanique.checking.judgement.quantities import AskedQuantity
+from mecanique.checking.judgement.quantities import AskedQuantity, measure
 from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes.hypotheses import (
     MULTIPLES,
@@ -32,12 +32,13 @@ from mecanique.checking.mistakes.hypotheses import (
     WrongDerivation,
     list_parts,
 )
-from mecanique.checking.mistakes.of_quantities import QuantityMistakes
+from mecanique.checking.mistakes.of_quantities import QuantityMistakes, is_repeated, mutate
 from mecanique.checking.mistakes.units import LetterUnits, UnitMisfitError
 from mecanique.checking.verdict import Mistake
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.scalars.evaluation import Evaluation
-from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.symbolic.multipliers import divide_common
 from mecanique.errors import FormulaError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import Dimension, read_unit
@@ -66,7 +67,8 @@ class Context:
     @cached_property
     def arguments(self) -> dict[str, Array]:
         """The possible arguments of sine and cosine, by their formula."""
-        arguments = combine_angles(self.angles, self.values)
+        fixed = [name for name, unit in self.units.items() if unit == "rad"]
+        arguments = combine_angles([*self.angles, *fixed], self.values)
         for name in tuple(arguments):
             arguments[f"2 {name}" if " " not in name else f"2 ({name})"] = 2 * arguments[name]
         return arguments
@@ -81,7 +83,9 @@ class Context:
             factors[f"{symbol}^2"] = ("factor missing", value * value)
         for first, second in permutations(self.units, 2):
             if self.units[first] == self.units[second]:
-                factors[f"{first}/{second}"] = ("letter", self.values[first] / self.values[second])
+                ratio = self.values[first] / self.values[second]
+                factors[f"{first}/{second}"] = ("letter", ratio)
+                factors[f"({first}/{second})^2"] = ("factor missing", ratio * ratio)
                 if self.units[first] == "kg":
                     share = self.values[first] / (self.values[first] + self.values[second])
                     both = " + ".join(name for name in self.units if name in (first, second))
@@ -112,8 +116,8 @@ class Context:
         if name in fixed and dimension is not None:
             group = [letter for letter in fixed if self._dimensions.get(letter) == dimension]
             yield from ((letter, values[letter]) for letter in group if letter != name)
-            if self.units.get(name) == "kg":
-                yield from self._sums(group)
+            if name in self.units:
+                yield from self._sums([letter for letter in group if letter in self.units])
         for family in (self.coordinates, self.velocities, self.accelerations):
             if name in family:
                 yield from ((letter, values[letter]) for letter in family if letter != name)
@@ -186,6 +190,17 @@ class FormulaPart:
         return self.tape.nodes[self.tape.parents[self.place]].name == "sqrt"
 
     @property
+    def is_inertial(self) -> bool:
+        """Whether it multiplies an acceleration, or is one."""
+        place = self.place
+        while place >= 0:
+            node = self.tape.nodes[place]
+            if node.kind != "sum" and node.letters & {*self.context.accelerations}:
+                return True
+            place = self.tape.parents[place]
+        return False
+
+    @property
     def is_squared(self) -> bool:
         """Whether its sign does not matter, as it is raised to an even power."""
         parent = self.tape.nodes[self.tape.parents[self.place]]
@@ -235,7 +250,10 @@ def repair_number(part: FormulaPart) -> Iterator[Mistake]:
     if parent.kind == "power" or spread > ALIKE * float(np.abs(ratio).max()):
         return
     factor = Fraction(float(ratio.mean())).limit_denominator(SIMPLE)
-    if factor and abs(float(factor) / float(ratio.mean()) - 1) < ALIKE and not part.is_term:
+    close = (
+        0 < abs(factor.numerator) <= SIMPLE and abs(float(factor) / float(ratio.mean()) - 1) < ALIKE
+    )
+    if close and not part.is_term:
         yield Mistake("factor", f"the number '{part.quoted}' should be {factor}", part.quoted, 1.6)
 
 
@@ -246,10 +264,13 @@ def _vary_letter(part: FormulaPart) -> Iterator[_Candidate]:
     have = part.have
     said = f"{part.here} {part.where}should be"
     for spelled, value in context.alternatives(name):
-        # a sum in place of a letter is a missing term
-        weight = 2.05 if "+" in spelled else 1.3
+        # a sum in place of a letter is a missing term; a difference is less likely than a factor
+        weight = max(2.05 * ("+" in spelled), 1.45 * ("-" in spelled), 1.3)
         kind = "letter" if name in context.units else "angle"
         yield value[part.usable], kind, f"{said} {spelled}", weight
+    parent = part.tape.nodes[part.tape.parents[part.place]]
+    if name == "pi" and not any(node.kind == "number" for node in parent.parts):
+        yield 2 * have, "measure", f"{said} 2 pi", 0.7
     for function, shape in (("sin", np.sin), ("tan", np.tan)) if name in context.angles else ():
         text = f"{said} {function}({name}): the angle is assumed to be small"
         yield shape(have), "small angle", text, 1.0
@@ -301,16 +322,41 @@ def _vary_power(part: FormulaPart) -> Iterator[_Candidate]:
     if exponent_node.value != 2:
         return
     if letter.kind == "sum":
-        squares = [part.values_of(k) ** 2 for k in part.tape.parts[place]]
-        yield np.sum(squares, axis=0), "power", f"{said} the sum of the squares", 1.2
+        squares = [_find_sign(part, k) * part.values_of(k) ** 2 for k in part.tape.parts[place]]
+        yield np.sum(np.abs(squares), axis=0), "power", f"{said} the sum of the squares", 1.2
+        yield np.sum(squares, axis=0), "power", f"{said} the difference of the squares", 1.3
     for second in part.context.velocities if letter.name in part.context.velocities else ():
         if second != letter.name:
             product = part.context.values[second][part.usable] * base
             yield product, "angle", f"{said} {letter.name} {second}", 1.4
 
 
+def _find_sign(part: FormulaPart, place: int) -> int:
+    """Return the sign before a term."""
+    return -1 if part.tape.nodes[place].kind == "negative" else 1
+
+
+def _vary_roots(part: FormulaPart) -> Iterator[_Candidate]:
+    """Yield what a sum of squares or of roots may stand for: the square or the root of a sum."""
+    places = part.tape.parts[part.place]
+    bare = [node.parts[0] if node.kind == "negative" else node for node in part.node.parts]
+    signs = [_find_sign(part, place) for place in places]
+    terms = [part.values_of(place) for place in places]
+    if all(node.kind == "power" and node.parts[1].value == 2 for node in bare):
+        powers = [part.tape.parts[k][0] if s < 0 else k for k, s in zip(places, signs, strict=True)]
+        bases = [part.values_of(part.tape.parts[k][0]) for k in powers]
+        roots = [sign * base for sign, base in zip(signs, bases, strict=True)]
+        text = f"'{part.quoted}' should be the square of the sum or difference, not that of squares"
+        yield np.square(np.sum(roots, axis=0)), "power", text, 0.7
+    if any(node.name == "sqrt" for node in bare):
+        squares = [sign * term**2 for sign, term in zip(signs, terms, strict=True)]
+        text = f"'{part.quoted}' should be a single root: a root is not taken term by term"
+        yield np.sqrt(np.sum(squares, axis=0)), "power", text, 1.2
+
+
 def _vary_sum(part: FormulaPart) -> Iterator[_Candidate]:
-    """Yield what a sum may stand for: its sine, one with a letter more."""
+    """Yield what a sum may stand for: its sine, one with a letter more, a square or a root."""
+    yield from _vary_roots(part)
     context = part.context
     letters = part.node.letters
     if letters and letters <= set(context.angles):
@@ -327,7 +373,13 @@ def _vary_sum(part: FormulaPart) -> Iterator[_Candidate]:
         for name, unit in context.units.items():
             if unit in units:
                 more = part.have + context.values[name][part.usable]
-                yield more, "letter", f"{name} is missing from the sum '{part.quoted}'", 1.4
+                kind, said = "letter", f"{name} is missing from the sum '{part.quoted}'"
+                if any(
+                    term.kind == "negative" and term.parts[0].name == name
+                    for term in part.node.parts
+                ):
+                    kind, said = "extra", f"the term '- {name}' does not belong in '{part.quoted}'"
+                yield more, kind, said, 1.4
 
 
 _ABOUT = "the inertia may be taken about the wrong point (center or pin) or of the wrong body"
@@ -348,7 +400,7 @@ def repair_term(part: FormulaPart) -> Iterator[Mistake]:
     size = part.residual.values.sizes[part.tape.parents[part.place]][part.usable]
     if (np.abs(part.want) <= 1e-9 * size).all() and not part.is_below_root:
         text = f"the term '{part.quoted}' does not belong there"
-        yield Mistake("extra", text, part.quoted, 2.2)
+        yield Mistake("extra", text, part.quoted, 0.95)
         return
     mean = float(ratio.mean())
     if float(np.ptp(ratio)) <= ALIKE * abs(mean):
@@ -368,11 +420,15 @@ def repair_term(part: FormulaPart) -> Iterator[Mistake]:
             pair = ("sin", "cos") if place < len(names) else ("cos", "sin")
             text = f"in the term '{part.quoted}' {pair[1]}{formula} should be {pair[0]}{formula}"
             yield Mistake(kind, text, part.quoted, 1.7)
-        elif kind == "letter":
-            pair = name.split("/") if place < len(names) else name.split("/")[::-1]
-            text = f"in the term '{part.quoted}' {pair[1]} should be {pair[0]}"
+        elif kind == "letter" and _is_exchanged(
+            part, letters := _read_ratio(name, upright=bool(place < len(names)))
+        ):
+            text = f"in the term '{part.quoted}' {letters[1]} should be {letters[0]}"
             # a sum in place of a letter is a missing term
-            yield Mistake(kind, text, part.quoted, 2.05 if "+" in pair[0] else 1.7)
+            yield Mistake(kind, text, part.quoted, 2.05 if "+" in letters[0] else 1.7)
+        elif kind == "letter":
+            text = f"the term '{part.quoted}' lacks the factor {'/'.join(letters)}"
+            yield Mistake("factor missing", text, part.quoted, 1.75)
         elif place >= len(names):
             text = f"the factor {name} does not belong in the term '{part.quoted}'"
             if not _contains(part.node, name):
@@ -389,6 +445,20 @@ def repair_term(part: FormulaPart) -> Iterator[Mistake]:
             yield Mistake(kind, text, part.quoted, 2.0)
 
 
+def _read_ratio(ratio: str, *, upright: bool) -> list[str]:
+    pair = ratio.split("/", 1)
+    return pair if upright else pair[::-1]
+
+
+def _is_exchanged(part: FormulaPart, pair: Sequence[str]) -> bool:
+    """Whether a term is right with the first of two letters in place of the second."""
+    if any("+" in name for name in pair):
+        return True
+    values = {**part.residual.sample.letters, pair[1]: part.context.values[pair[0]]}
+    whole = FormulaTape(part.node).evaluate(values, part.residual.sample.count).whole
+    return part.is_alike(whole[part.usable])
+
+
 def _contains(node: Node, factor: str) -> bool:
     """Whether a letter or a function such as cos(q)^2 occurs in a part."""
     word = re.split(r"[(^]", factor)[0]
@@ -397,7 +467,9 @@ def _contains(node: Node, factor: str) -> bool:
 
 def _scale(part: FormulaPart, ratio: float) -> Iterator[Mistake]:
     factor = Fraction(ratio).limit_denominator(SIMPLE)
-    close = factor != 0 and abs(ratio / float(factor) - 1) < ALIKE
+    close = 0 < abs(factor.numerator) <= SIMPLE and abs(ratio / float(factor) - 1) < ALIKE
+    if factor == 1 and close:
+        return
     if factor == -1 and close:
         text = f"the sign of the term '{part.quoted}' is wrong"
         yield Mistake("sign", text, part.quoted, 1.0)
@@ -405,23 +477,40 @@ def _scale(part: FormulaPart, ratio: float) -> Iterator[Mistake]:
         text = f"the term '{part.quoted}' should be {factor} times as large: {_INERTIAS[factor]}"
         yield Mistake("inertia", text, part.quoted, 1.5)
     elif close and factor > 0:
+        # a product of two slips is no simple factor
+        weight = 1.4 if max(factor.numerator, factor.denominator) <= _USUAL else 2.3
         text = {
             Fraction(2): f"the term '{part.quoted}' is half of what it should be",
             Fraction(1, 2): f"the term '{part.quoted}' is twice what it should be",
         }.get(factor, f"the term '{part.quoted}' should be {factor} times as large")
-        yield Mistake("factor", text, part.quoted, 1.4)
+        yield Mistake("factor", text, part.quoted, weight)
     elif close:
         text = f"the term '{part.quoted}' should be multiplied by {factor}"
         yield Mistake("factor", text, part.quoted, 2.4)
-    else:
-        square = Fraction(ratio * ratio).limit_denominator(SIMPLE)
-        shown = f"{ratio:.6g}"
-        if square and abs(ratio * ratio / float(square) - 1) < ALIKE and ratio > 0:
-            shown = f"√({square})"
-        if shown in ("0", "1", "√(1)"):
-            return
+    elif shown := _say_ratio(ratio):
         text = f"the term '{part.quoted}' should be {shown} times as large"
         yield Mistake("factor", text, part.quoted, 2.6)
+
+
+_USUAL = 6
+"""Factors of slips have a numerator and a denominator up to this."""
+
+_TURNS = {
+    "2 pi": 2 * math.pi,
+    "1/(2 pi)": 0.5 / math.pi,
+    "4 pi^2": 4 * math.pi**2,
+    "1/(4 pi^2)": 0.25 / math.pi**2,
+}
+
+
+def _say_ratio(ratio: float) -> str:
+    """Return a ratio that is no simple fraction: a root, or turns in radians; "" if it is none."""
+    for said, turns in _TURNS.items():
+        if abs(ratio / turns - 1) < ALIKE:
+            return said
+    square = Fraction(ratio * ratio).limit_denominator(SIMPLE)
+    simple = 0 < square.numerator <= SIMPLE and abs(ratio * ratio / float(square) - 1) < ALIKE
+    return f"√({square})" if simple and square != 1 and ratio > 0 else ""
 
 
 _MOMENT = read_unit("kg·m²")
@@ -429,7 +518,9 @@ _MOMENT = read_unit("kg·m²")
 
 def _is_inertial(part: FormulaPart) -> bool:
     """Whether a term holds an acceleration, or is a moment of inertia."""
-    if part.node.letters & set(part.context.accelerations):
+    felt = part.residual.root.letters
+    rates = part.context.accelerations if felt & {*part.context.accelerations} else ()
+    if part.node.letters & {*(rates or part.context.velocities)}:
         return True
     try:
         return part.context.dimension_of(part.node, part.text) == _MOMENT
@@ -437,12 +528,17 @@ def _is_inertial(part: FormulaPart) -> bool:
         return False
 
 
-_FEWEST = 6
+_FEWEST = 3
 """Least number of states in which a part must have a value."""
 
 
-def repairs(residual: Residual, context: Context, text: str) -> Iterator[Mistake]:
-    """Yield the changes of single parts that make a formula right."""
+def repairs(
+    residual: Residual, context: Context, text: str, exact: Sequence[str] = ()
+) -> Iterator[Mistake]:
+    """Yield the changes of single parts that make a formula right.
+
+    Those of what is exact, of "M" or "rest", are less likely.
+    """
     tape, values = residual.tape, residual.values
     needed = needed_values(tape, values, np.zeros(residual.sample.count))
     finite = np.isfinite(values.whole)
@@ -450,10 +546,14 @@ def repairs(residual: Residual, context: Context, text: str) -> Iterator[Mistake
     for k in range(len(tape.nodes) - 1, -1, -1):
         spend()
         parent = tape.parents[k]
-        if parent in explained and tape.nodes[parent].kind in ("product", "quotient", "negative"):
-            # its factors would need the same change
+        # the factors of what is explained would need the same change
+        again = parent in explained and tape.nodes[parent].kind in (
+            "product",
+            "quotient",
+            "negative",
+        )
+        if again:
             explained.add(k)
-            continue
         node = tape.nodes[k]
         if node.end <= node.start and node.kind != "letter":
             # within a definition or a rate only letters can be quoted
@@ -471,10 +571,11 @@ def repairs(residual: Residual, context: Context, text: str) -> Iterator[Mistake
             context=context,
             text=text,
         )
-        whole = list(_find(whole_part))
+        whole = list(_take(_invert(whole_part), whole_part) if again else _find(whole_part))
         if any(repair.kind in ("sign", "extra", "factor", "inertia") for repair in whole):
             explained.add(k)
-        yield from whole
+        kept = exact and ("M" if whole_part.is_inertial else "rest") in exact
+        yield from (replace(m, weight=m.weight + _DENIED) for m in whole) if kept else whole
 
 
 def _find(part: FormulaPart) -> Iterator[Mistake]:
@@ -487,13 +588,52 @@ def _find(part: FormulaPart) -> Iterator[Mistake]:
     vary = {"letter": _vary_letter, "power": _vary_power, "sum": _vary_sum}.get(node.kind)
     if node.kind == "call" and node.name in _WAVES:
         vary = _vary_wave
-    for value, kind, text, weight in vary(part) if vary else ():
+    yield from _take(chain(vary(part) if vary else (), _invert(part)), part)
+
+
+def _take(candidates: Iterable[_Candidate], part: FormulaPart) -> Iterator[Mistake]:
+    """Yield those of the candidates that a part needs to be."""
+    for value, kind, text, weight in candidates:
         if part.is_alike(value):
             yield Mistake(kind, text, part.quoted, weight)
 
 
-_MOST_PAIRED = 60
-"""Two terms at once are sought among no more than these."""
+def _invert(part: FormulaPart) -> Iterator[_Candidate]:
+    """Yield a quotient upside down, or a factor on the other side of the fraction bar."""
+    parent = part.tape.nodes[part.tape.parents[part.place]].kind
+    if part.node.kind == "quotient":
+        # of numbers, the factor may as well be another one
+        weight = 1.3 if part.node.letters else 1.55
+        yield 1 / part.have, "inverted", f"'{part.quoted}' is inverted", weight
+    elif parent in ("product", "quotient") and not (part.have == 1).all():
+        text = f"'{part.quoted}' {part.where}belongs on the other side of the fraction bar"
+        yield 1 / part.have, "inverted", text, 1.55 if part.node.value == 2 else 1.35
+        if part.node.kind == "number":
+            text = f"'{part.quoted}' {part.where}should be its root"
+            yield np.sqrt(np.abs(part.have)), "power", text, 1.45
+
+
+def mend_twice(residual: Residual, context: Context, text: str) -> Iterator[Mistake]:
+    """Yield a change of a part with the change of another that it leaves to be made."""
+    sides = {side.quote(text) for side in residual.statement.sides}
+    for first, changed in mutate(residual.root, text, context.units):
+        spend()
+        if first.part in sides:
+            continue
+        once = replace(residual, root=changed)
+        if once.holds:
+            yield first
+            continue
+        for second in repairs(once, context, text):
+            if second.part in sides or not second.part:
+                continue
+            # what contains a changed part is not written as such; a part may occur twice
+            again = first.part == second.part and first.kind != "factor"
+            apart = first.part not in second.part and second.part not in first.part
+            nothing = first.kind == second.kind == "extra"
+            if (apart and not nothing) or (again and text.count(first.part) > 1):
+                weight = first.weight + second.weight
+                yield Mistake("two slips", f"{first}; {second}", first.part, weight)
 
 
 def find_lacking(residual: Residual, series: Mapping[str, Series]) -> Iterator[Mistake]:
@@ -508,28 +648,65 @@ def find_lacking(residual: Residual, series: Mapping[str, Series]) -> Iterator[M
         return
     truth = series[named[0]]
     evaluated = Evaluation(truth.ring, residual.sample.values)
-    parts = [*list_parts(truth, residual.truth.velocities), truth]
-    values = [np.broadcast_to(evaluated(part), lacks.shape) for part in parts]
 
-    def is_lacking(more: Array) -> bool:
+    def value(part: Series) -> Array:
+        return np.broadcast_to(evaluated(part), slope.shape)[usable]
+
+    lacks = lacks[usable]
+    for part in [*list_parts(truth, residual.truth.velocities), truth]:
         spend()
-        scale = np.abs(more) + np.abs(lacks)
-        return bool((np.abs(lacks - more) <= ALIKE * scale)[usable].all())
-
-    few = list(zip(parts, values, strict=True))[: _MOST_PAIRED + 1]
-    for (part, alone), (second, more) in combinations(few, 2) if len(few) <= _MOST_PAIRED else ():
-        if part + second != truth and is_lacking(alone + more):
-            said = f"{expression(part).text()} and {expression(second).text()}"
-            yield Mistake("missing", f"the terms {said} are missing", "", 1.9)
-    for part, part_values in zip(parts[:-1], values, strict=False):
-        if truth - part not in parts and is_lacking(values[-1] - part_values):
-            text = f"only {expression(part).text()} is there: {expression(truth - part).text()}"
-            yield Mistake("missing", f"{text} is missing", "", 1.8)
-    for part, part_values in zip(parts, values, strict=True):
+        alone = value(part)
         for factor, kind, words in MULTIPLES:
-            if is_lacking((1.0 - factor) * part_values):
-                text = words.format(f"the term {expression(part).text()}")
+            more = (1.0 - factor) * alone
+            if (
+                more.any()
+                and (np.abs(lacks - more) <= ALIKE * (np.abs(more) + np.abs(lacks))).all()
+            ):
+                text = words.format(_say_terms(part))
                 yield Mistake(kind, text, "", 1.1 if kind == "missing" else 1.6)
+    yield from _compare_terms(truth, value, lacks)
+
+
+def _say_terms(series: Series) -> str:
+    said = outside = expression(series).text()
+    while (less := _INNERMOST.sub("", outside)) != outside:
+        outside = less
+    return f"the {'sum' if ' + ' in outside or ' - ' in outside else 'term'} {said}"
+
+
+_INNERMOST = re.compile(r"\([^()]*\)")
+
+
+def _compare_terms(
+    truth: Series, value: Callable[[Series], Array], lacks: Array
+) -> Iterator[Mistake]:
+    """Yield which terms of the truth a formula has with other factors, if that is all."""
+    terms = [term for term in truth.split() if value(term).any()]
+    if not 1 < len(terms) <= len(lacks) // 2:
+        return
+    table = np.stack([value(term) for term in terms], axis=1)
+    size = np.abs(table).max(axis=0, initial=1e-300)
+    shares, _, rank, _ = np.linalg.lstsq(table / size, lacks, rcond=1e-9)
+    off = np.abs(table / size @ shares - lacks)
+    scale = np.abs(table / size) @ np.abs(shares) + np.abs(lacks)
+    if rank < len(terms) or not (off <= ALIKE * scale).all():
+        return
+    factors = [Fraction(float(x)).limit_denominator(SIMPLE) for x in 1 - shares / size]
+    if any(abs(float(f) - (1 - x)) > ALIKE for f, x in zip(factors, shares / size, strict=True)):
+        return
+    wrong = [(f, term) for f, term in zip(factors, terms, strict=True) if f != 1]
+    ring = truth.ring
+    for factor, kind, words in MULTIPLES:
+        if {f for f, _ in wrong} == {Fraction(factor)}:
+            yield Mistake(kind, words.format(_say_terms(ring.sum(t for _, t in wrong))), "", 1.9)
+            return
+    lacking = ring.sum((1 - f) * term for f, term in wrong)
+    likely = all(0 <= f < 1 for f, _ in wrong)
+    yield Mistake("missing", f"{_say_terms(lacking)} is missing", "", 1.9 if likely else _UNLIKELY)
+
+
+_UNLIKELY = 2.5
+"""Two slips are sought if nothing explains a formula that weighs less."""
 
 
 _CONSTANT = "#constant"
@@ -619,9 +796,13 @@ class Search:
                 said = "no letter of the system occurs in it"
                 causes = (Mistake("emptiness", said, equation=number),)
             elif not residual.holds:
-                mistakes = [*common, *self._list_likeliest(holds[:, k], denied, number)]
+                exact = self._find_exact(residual)
+                unlikely = np.maximum(denied, _DENIED * self._contradict(exact)[: len(denied)])
+                mistakes = [*common, *self._list_likeliest(holds[:, k], unlikely, number)]
                 if residual.sample is self._truth.sample:
-                    repaired = _list_in_time(repairs(residual, self.context, text))
+                    repaired = _list_in_time(repairs(residual, self.context, text, exact))
+                    if all(m.weight >= _UNLIKELY for m in (*repaired, *mistakes)):
+                        repaired = _list_in_time(mend_twice(residual, self.context, text))
                     mistakes += _in_equation(repaired, number)
                 causes = _rank(_misfits(self.units, residual, number, text, defined), mistakes)
             # a motion without any force is no linearized one
@@ -642,7 +823,15 @@ class Search:
                 explained.append(())
                 continue
             if formula.residual is not None:
-                causes = self._mend(formula.residual, formula.series, quantity, text)
+                listed = [
+                    self._mend(residual, series, quantity, text)
+                    for residual, series in _list_open(formula, judged, quantity)
+                ]
+                if quantity.kind == "several" and is_repeated(formula.residual.root, quantity):
+                    # a polynomial is right for all of its roots
+                    shared = set(listed[0]).intersection(*listed)
+                    listed = [tuple(cause for cause in listed[0] if cause in shared)]
+                causes = _rank([], chain.from_iterable(listed)) if listed[1:] else listed[0]
             elif quantity.kind == "conserved" and formula.root is not None:
                 causes = self._explain_constant(formula, text)
             elif quantity.kind == "equilibrium":
@@ -655,13 +844,24 @@ class Search:
         self, residual: Residual, series: Mapping[str, Series], quantity: AskedQuantity, text: str
     ) -> tuple[Mistake, ...]:
         """Return the single changes that would make a formula right."""
-        changes = _list_in_time(repairs(residual, self.context, text))
-        mistakes = [mistake for mistake in changes if mistake.part or mistake is _ENDED]
-        mistakes += _list_in_time(find_lacking(residual, series))
+        mistakes = self._mend_once(residual, series, text)
         mistakes += _list_in_time(self._of_quantities.explain(residual, quantity))
         if not mistakes:
-            mistakes += _list_in_time(self._of_quantities.mutate(residual, quantity, text))
+            mistakes += _list_in_time(self._of_quantities.mend(residual, quantity, text))
+        if all(mistake.weight >= _UNLIKELY for mistake in mistakes):
+            mistakes += _list_in_time(mend_twice(residual, self.context, text))
         return _rank(_misfits(self._units_with(quantity.dimensions), residual, 0, text), mistakes)
+
+    def _mend_once(
+        self,
+        residual: Residual,
+        series: Mapping[str, Series],
+        text: str,
+    ) -> list[Mistake]:
+        """Return the single changes of parts that are written, and the parts that are not."""
+        changes = _list_in_time(repairs(residual, self.context, text))
+        written = [mistake for mistake in changes if mistake.part or mistake is _ENDED]
+        return written + _list_in_time(find_lacking(residual, series))
 
     @cached_property
     def _of_quantities(self) -> QuantityMistakes:
@@ -685,16 +885,24 @@ class Search:
         truth, root = self._truth, formula.root
         assert root is not None, "it is judged by its rate"
         mistakes = _list_in_time(self._of_quantities.explain_constant(root, text))
-        for series in self._of_quantities.list_constants():
+        constants, compared = list(self._of_quantities.list_constants()), list[Residual]()
+        divided = [divide_common([series], Kind.PARAMETER)[0] for series in constants]
+        for series in dict.fromkeys([*constants, *divided]):
             known = {**truth.sample.values, _CONSTANT: truth.at({})(series)}
             less = tree.add(tree.letter(_CONSTANT), tree.negate(root))
             residual = Residual(formula.statement, less, truth, replace(truth.sample, values=known))
-            mistakes += _list_in_time(find_lacking(residual, {_CONSTANT: series}))
+            once = self._mend_once(residual, {_CONSTANT: series}, text)
+            # with many factors every constant would be another one
+            mistakes += [mistake for mistake in once if mistake.weight < _UNLIKELY]
+            compared.append(residual)
+        if not mistakes:
+            twice = (mend_twice(residual, self.context, text) for residual in compared)
+            mistakes += _list_in_time(chain.from_iterable(twice))
         try:
             slope = rate(root, self._letters.rate_nodes)
             line = Statement((slope, tree.number(0)), text, root.start)
             holds = self._hold(residuals([line], truth, truth.sample, text))
-            mistakes += self._list_likeliest(holds[:, 0], np.full(len(holds), 0.4), 0)
+            mistakes += self._list_likeliest(holds[:, 0], np.full(len(holds), 1.5), 0)
         except FormulaError:
             pass
         # what has no positions in it is the same where these are small
@@ -730,6 +938,30 @@ class Search:
             columns.append((left <= _HOLDS).all(axis=1))
         return np.stack(columns, axis=-1)
 
+    def _find_exact(self, residual: Residual) -> tuple[str, ...]:
+        """Return which of "M" and "rest" of a row stand in an equation as they are derived."""
+        # a slip in both that leads to the same motion is not what is wrong there
+        sample, right = self._truth.sample, self._hypotheses.right.terms
+        if residual.sample is not sample or self._truth.derivation is None:
+            return ()
+        slopes = residual.by_acceleration
+        rest = residual.values.whole - np.einsum("nv,nv->n", slopes, sample.a)
+        exact = []
+        for name, given, true in (("M", slopes, right.M), ("rest", rest, right.rest)):
+            rows = np.moveaxis(true, 1, 0)
+            if any(_alike(np.abs(given), np.abs(row)) for row in rows):
+                exact.append(name)
+        return tuple(exact)
+
+    def _contradict(self, exact: Sequence[str]) -> npt.NDArray[np.bool_]:
+        """Return whether each hypothesis changes what stands in an equation as it should."""
+        right = self._hypotheses.right.terms
+        changed = np.zeros(len(self._hypotheses.listed), dtype=bool)
+        for k, hypothesis in enumerate(self._hypotheses.listed):
+            for name in exact:
+                changed[k] |= not _alike(getattr(hypothesis.terms, name), getattr(right, name))
+        return changed
+
     def _list_likeliest(
         self, chosen: npt.NDArray[np.bool_], more: Array, number: int
     ) -> list[Mistake]:
@@ -739,6 +971,41 @@ class Search:
             for h in np.flatnonzero(chosen)
         ]
         return sorted(mistakes, key=lambda mistake: mistake.weight)[:_MOST]
+
+
+def _alike(given: Array, true: Array) -> bool:
+    return np.allclose(given, true, rtol=ALIKE, atol=0.0)
+
+
+def _list_open(
+    formula: Judged, judged: Sequence[Judged], quantity: AskedQuantity
+) -> Iterator[tuple[Residual, Mapping[str, Series]]]:
+    """Yield a wrong formula with what it may be meant to be: the residual, and the series.
+
+    It may be each of several values that no other line gives, or a quantity without its constant.
+    """
+    residual = formula.residual
+    assert residual is not None, "it is explained by one"
+    sample, values = residual.sample, quantity.values
+
+    def mean(more: Mapping[str, Array]) -> Residual:
+        return replace(residual, sample=replace(sample, values={**sample.values, **more}))
+
+    if quantity.kind == "several" and values is not None:
+        given = sum((line.says.sum(axis=0) for line in judged if line.holds), np.zeros(1))
+        still_open = values[~(np.broadcast_to(given, len(values)) > 0)]
+        for omega in still_open if len(still_open) else values:
+            yield mean(measure(omega, quantity.letters)), formula.series
+        return
+    yield residual, formula.series
+    series = next(iter(formula.series.values()), None)
+    if quantity.kind == "up to a constant" and values is not None and series is not None:
+        fixed = {Kind.PARAMETER, Kind.CONSTANT}
+        constant = series.ring.sum([term for term in series.split() if term.kinds <= fixed])
+        if constant:
+            less = values - Evaluation(series.ring, sample.values)(constant)
+            letters = quantity.letters
+            yield mean(dict.fromkeys(letters, less)), dict.fromkeys(letters, series - constant)
 
 
 def _misfits(

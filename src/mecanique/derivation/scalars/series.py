@@ -123,6 +123,13 @@ class Series:
             for monomial, c in polynomial.items():
                 yield trig, monomial, Fraction(c, self.denominator)
 
+    def split(self) -> list[Series]:
+        """Return the terms, each as a series."""
+        return [
+            Series(self.ring, {trig: {monomial: c.numerator}}, c.denominator, self.reach)
+            for trig, monomial, c in self.terms()
+        ]
+
     def __len__(self) -> int:
         return size(self.parts)
 
