@@ -204,16 +204,15 @@ def test_a_disk_has_no_distribution_along_a_line() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "joined"),
-    [("double_pendulum", 2), ("cart_pole", 2), ("rotating_plate", 1), ("spherical_pendulum", 1)],
+    "name", ["double_pendulum", "cart_pole", "rotating_plate", "spherical_pendulum"]
 )
-def test_reactions_do_no_virtual_work(name: str, joined: int) -> None:
+def test_reactions_do_no_virtual_work(name: str) -> None:
     equations = derive_system(name, "virtual_work")
     (stage,) = [
         stage for stage in equations.steps if stage.title == "Virtual work of the reactions"
     ]
-    assert len(stage.results) == joined
-    assert not any(result.right for result in stage.results)
+    assert "The reactions do no work." in stage.explanation
+    assert not stage.results
 
 
 def test_reactions_on_a_body_that_turns_freely_do_no_virtual_work() -> None:
@@ -234,8 +233,7 @@ def test_reactions_on_a_body_that_turns_freely_do_no_virtual_work() -> None:
         for stage in derive(free, method="virtual_work").steps
         if stage.title == "Virtual work of the reactions"
     ]
-    (work,) = stage.results
-    assert not work.right
+    assert not stage.results
 
 
 def test_what_guides_coordinates_does_no_work_in_all() -> None:
@@ -254,8 +252,8 @@ def test_every_derivation_can_be_read_with_its_symbols_defined(name: str, method
     assert equations.latex(steps=True).count("{") == equations.latex(steps=True).count("}")
     assert equations.mathml(steps=True).count("<math") > len(equations.steps)
     listed = text.split("Symbols", 1)[1].split("\n\n")[0]
-    for unknown in equations.derivation.unknowns:
-        assert f"  {unknown} " in listed
+    words = {word.rstrip(",") for word in listed.split()}
+    assert words.issuperset(equations.derivation.unknowns.keys() - {"s"})
 
 
 def test_methods_without_reactions_and_loops_are_refused() -> None:

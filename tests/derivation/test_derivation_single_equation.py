@@ -109,7 +109,7 @@ def test_a_horizontal_coupler_is_a_regular_position() -> None:
     assert values["K_theta"] + 1 == pytest.approx(-lift / p["b"], rel=1e-12)
     assert np.isfinite([values[letter] for letter in ("L_theta", "L_psi", "J", "N")]).all()
     said = " ".join(mq.derive(mechanism).text(steps=True).split())
-    assert "one without multipliers wherever no denominator is zero." in said
+    assert "left for phi wherever no denominator is zero: J phi'' + N phi'² = Q_phi." in said
 
 
 def _tree(mechanism: mq.Mechanism) -> mq.Equations:

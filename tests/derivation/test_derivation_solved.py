@@ -247,7 +247,7 @@ def test_a_slider_crank_ends_with_the_force_that_drives_its_slider() -> None:
         " - m1 g cos(theta) cos(theta + beta)^2)"
         "/(2 r (m1 cos(theta + beta)^2 + 3 m2 sin(beta)^2))"
     )
-    text = " ".join(derive_system("slider_crank").text(steps=True).split())
+    text = " ".join(derive_system("slider_crank").text(symbols=True).split())
     assert "The constraints leave theta free. The accelerations are explicit wherever" in text
 
 
@@ -284,7 +284,7 @@ def test_what_would_be_too_long_to_print_is_not_computed(
     monkeypatch.setattr(solution, "_solve_blocks", refuse)
     monkeypatch.setattr(solution, "_combine", refuse)
     text = mq.derive(mq.textbook.load(name)).text(steps=True)
-    assert "constant" in text.partition(". Result\n")[2]
+    assert "constant along any motion" in " ".join(text.split())
     assert "explicit" not in text
 
 
@@ -294,10 +294,8 @@ def test_a_linkage_ends_with_its_single_equation(monkeypatch: pytest.MonkeyPatch
         for method in ("lagrange", "newton_euler", "virtual_work"):
             text = derive_system(name, method).text(steps=True)
             assert text.endswith(f"\n     {reduced.equation}")
-            _, _, result = text.partition(". Result\n")
             for letter, value in reduced.coefficients.items():
-                assert f"     {letter} = {value}\n" in result
-                assert f"\n  {letter} " in text  # in the list of symbols
+                assert text.count(f"     {letter} = {value}\n") == 1
     assert "reduce_loops" not in derive_system("four_bar_linkage").text(steps=True)
     monkeypatch.setattr("mecanique.derivation.symbolic.result._LONGEST_OF_LOOPS", 5)
     text = " ".join(mq.derive(mq.textbook.load("four_bar_linkage")).text(steps=True).split())
@@ -335,8 +333,7 @@ def test_cyclic_coordinates_end_in_an_effective_potential(name: str, method: str
     assert energy.startswith("     E = ")
     assert energy.endswith(" + V_eff")
     for momentum in reduced.momenta:
-        assert result.count(f"     {momentum} = ") == 1
-    assert "  V_eff" in text.partition("1. ")[0]
+        assert text.count(f"     {momentum} = ") == 1
 
 
 def test_the_effective_potential_and_the_rest_are_the_energy() -> None:
@@ -362,7 +359,7 @@ def test_momenta_that_enter_no_equation_are_left_at_that() -> None:
 
 def test_a_coin_shows_how_the_forces_of_the_constraints_cancel() -> None:
     text = derive_system("rolling_coin").text(steps=True)
-    _, _, result = text.partition(". Result\n")
+    _, _, result = text.partition(". Elimination of the constraint forces\n")
     followers = (
         "     x' = r sin(lean) cos(yaw) yaw' + r sin(yaw) cos(lean) lean' + r cos(yaw) spin'\n"
         "     y' = r sin(yaw) sin(lean) yaw' - r cos(yaw) cos(lean) lean' + r sin(yaw) spin'\n"
@@ -428,10 +425,11 @@ def test_angles_that_swing_keep_their_names() -> None:
 @pytest.mark.parametrize("method", ["lagrange", "newton_euler", "virtual_work"])
 def test_a_derivation_ends_with_its_result(method: str) -> None:
     equations = derive_system("rolling_disk", method)
-    _, _, result = equations.text(steps=True).partition(". Result\n")
-    assert "The constraints leave x free." in result
+    before, _, result = equations.text(steps=True).partition(". Result\n")
+    assert "The constraints leave x free." in before
     assert "     x'' = 2 g sin(alpha)/3\n" in result
-    assert ("     E = " in result) is (method == "lagrange")
+    assert "     E = " not in result
+    assert ("     E = " in before) is (method == "lagrange")
     assert equations.latex(steps=True).count("\\subsection*{Result}") == 1
     assert "\\ddot{x} &= \\frac{2 g}{3} \\sin \\alpha" in equations.latex(steps=True)
     assert equations.document.sections()[-1].title == "Result"
@@ -454,12 +452,10 @@ def test_equations_with_their_symbols_do_not_stop_at_forces_of_constraints(form:
 def test_integrals_stand_at_the_end() -> None:
     result = read_result(derive_system("kepler_orbit").text(steps=True))
     assert result.endswith(
-        "The accelerations are explicit wherever no denominator is zero. Along any motion p_phi "
-        "and E are\n   constant. phi is cyclic: its velocity follows from the constant momentum, "
-        "and for r one equation\n   is left, with the effective potential V_eff and the constant "
-        "energy E in it (Routh)."
+        "The accelerations are explicit wherever no denominator is zero. phi is cyclic: its "
+        "velocity\n   follows from the constant momentum p, and for r one equation is left, with "
+        "the effective\n   potential V_eff and the constant energy E in it (Routh)."
         "\n     phi'' = -2 phi' r'/r\n     r'' = r phi'^2 - mu/r^2"
-        "\n     p_phi = m r^2 phi'"
         "\n     phi' = p_phi/(m r^2)\n     V_eff = p_phi^2/(2 m r^2) - m mu/r"
         "\n     E = m r'^2/2 + V_eff\n     m r'' - p_phi^2/(m r^3) + m mu/r^2 = 0"
     )

@@ -48,13 +48,13 @@ def check_kinetic_energy(equations: mq.Equations) -> None:
     speeds = np.random.default_rng(5).uniform(0.5, 2.0, len(algebra.velocities))
     state = {**algebra.generic, **dict(zip(algebra.velocities, speeds, strict=True))}
     value = Evaluation(algebra.ring, state)
-    known = listed(stages["Masses and moments of inertia"])
+    known = listed(stages["Moments of inertia"])
     known |= listed(stages["Positions and velocities"])
     numbers = {symbol: float(value(series)) for symbol, series in known.items()}
     total, turning = 0.0, 0
-    for body in [symbol[2:] for symbol in numbers if symbol.startswith("m_")]:
+    for body, mass in [(body.name, body.mass) for body in algebra.mechanism.bodies]:
         v = [numbers.get(f"v_{body}_{axis}", 0.0) for axis in "xyz"]
-        total += numbers[f"m_{body}"] * np.dot(v, v) / 2
+        total += float(value(algebra.series(mass))) * np.dot(v, v) / 2
         for i, k in combinations_with_replacement("xyz", 2):
             product = numbers.get(f"omega_{body}_{i}", 0.0) * numbers.get(f"omega_{body}_{k}", 0.0)
             moment = numbers.get(f"I_{body}_{i}{k}", 0.0)
@@ -153,7 +153,6 @@ def test_the_acceleration_follows_from_what_is_listed(name: str, body: str) -> N
     v, a = (vector_of(f"{letter}_{body}", known, zero) for letter in "va")
     for left, right in zip(a, Vector(*(x.ddt() for x in v)) + cross(turning, v), strict=True):
         assert (left - right).vanishes()
-    assert f"angular velocity of the axes of {owner}" in equations.text(steps=True)
 
 
 @pytest.mark.parametrize("name", ["cart_pole", "double_pendulum", "atwood_machine"])
@@ -168,7 +167,7 @@ def test_a_body_without_angular_momentum_is_in_balance() -> None:
     assert said.explanation == "The moments are in balance, all about its center of mass."
     said = stages_of(derive_system("cart_pole", "virtual_work"))["Inertia forces of pole"]
     assert said.explanation.startswith(
-        "Without moments of inertia, pole has the inertia force of a particle, minus its mass "
+        "Without moments of inertia, pole has the inertia force F of a particle, minus its mass "
         "times the acceleration of its center of mass."
     )
     assert "Reduced" not in said.explanation

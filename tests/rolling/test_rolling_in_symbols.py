@@ -62,7 +62,7 @@ def test_rows_and_multipliers_have_names() -> None:
     text = derive(coin()).text(steps=True)
     for words in (
         "lambda_rim_normal  normal force of ground on disk at rim [N]",
-        "lambda_rim_x       friction along x of the plane of ground on disk at rim [N]",
+        "lambda_rim_x, lambda_rim_y friction along x and y of the plane of ground on disk at rim",
         "Phi_rim_normal = z - r cos(lean)",
         "ψ = 0 must not be substituted into T.",
     ):

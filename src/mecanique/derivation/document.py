@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
@@ -32,7 +32,10 @@ from mecanique.derivation.symbolic.derivation import (
     Assumption,
     Derivation,
     Ending,
+    Left,
+    Result,
 )
+from mecanique.derivation.symbolic.reduced import COEFFICIENTS
 from mecanique.derivation.symbolic.result import result_of
 from mecanique.wording import to_title
 
@@ -45,6 +48,10 @@ _DIVIDED = (
 )
 _LINEAR = "The last line is the same in matrices: the equations are linear."
 _EQUATIONS = "Equations of motion"
+_RESULT = NO_ENDING.title
+_REPLACED = ("Loops in motion", "Independent displacements")
+"""Steps that kinematic coefficients make needless."""
+_STANDING = "Those that stand alone in a balance above are not repeated."
 _STILL = "Nothing can move: there is no coordinate, and so no equation of motion."
 _NONE_LEFT = "No equation of motion is left to solve."
 _TAKEN = "Taken for granted: {} is"
@@ -177,7 +184,7 @@ class Document:
         out = [_FRAGMENT, f"\\section*{{{self._convert(self._heading)}}}"]
         for paragraph in self._about:
             out.append(self._convert(paragraph) + "\n")
-        listed = self.meanings(steps)
+        listed = [meaning for meaning in self.meanings(steps) if not meaning.told]
         opening = "\\begin{description}\\setlength{\\itemsep}{0pt}\\setlength{\\parskip}{0pt}"
         out += [opening] if listed else []
         for letters, sentence, equality in _write_meanings(listed, writer):
@@ -224,20 +231,53 @@ class Document:
 
     def _outline(self, steps: bool) -> Iterator[_Part]:
         """Yield the steps, if asked for, the equations of motion, and what they come to."""
-        rows, derivation = self.equations, self.derivation
-        said = set[str]()
-        for stage in derivation.stages if steps else ():
+        if not steps:
+            yield self._list_equations(steps=False)
+            if self._eliminated.lines:
+                yield _Part(_RESULT, self._eliminated.sentence, self._eliminated.lines)
+            return
+        said, printed = set[str](), set[str]()
+        for part in self._list_parts():
             # what holds for all bodies is said once; what points back at one stays with it
-            sentences = re.split(r"(?<=\.) ", stage.explanation)
-            new = (s for s in sentences if s not in said or s.startswith(("It ", "About it ")))
-            yield _Part(stage.title, " ".join(new), stage.results)
+            sentences = re.split(r"(?<=\.) ", part.sentence)
+            new = [s for s in sentences if s not in said or s.startswith(("It ", "About it "))]
             said.update(sentences)
+            lines = part.lines
+            if part.title != _EQUATIONS:
+                lines = [line for line in lines if line.write(Text()) not in printed]
+            if part.title == REACTIONS and len(lines) < len(part.lines):
+                new.append(_STANDING)
+            for line in lines:
+                printed.update((line.write(Text()), _mirror(line)))
+            if lines or new != [""]:
+                yield replace(part, sentence=" ".join(new), lines=lines)
+
+    def _list_parts(self) -> Iterator[_Part]:
+        """Yield the steps, the equations of motion and the sections after them, as they are."""
+        closing = self.result.sections or (self.result,)
+        sections = [_Part(x.title, x.sentence, x.lines) for x in closing]
+        reduced = any(part.title == COEFFICIENTS for part in sections)
+        for stage in self.derivation.stages:
+            if not (reduced and stage.title in _REPLACED):
+                yield _Part(stage.title, stage.explanation, stage.results)
+        if reduced and self.derivation.quasi:  # displacements lead to the single equation at once
+            *before, last = sections
+            yield from before
+            held = self.equations[len(self.derivation.quasi) :]
+            sentence = f"{last.sentence} The loops give the other coordinates, Φ = 0."
+            yield _Part(_EQUATIONS, sentence, (*held, *last.lines))
+        else:
+            yield self._list_equations(steps=True)
+            yield from sections
+        for ending in self.endings[1:]:
+            yield _Part(ending.title, ending.sentence, ending.lines)
+
+    def _list_equations(self, *, steps: bool) -> _Part:
+        """Return the section of the equations of motion."""
         closing = self._closing if steps else _DIVIDED.format("that ")
-        matrices, taken = (self._matrices, derivation.assumptions) if steps else (None, ())
-        yield _Part(_EQUATIONS, closing if rows else self._nothing, rows, matrices, taken)
-        for ending in self.endings if steps else (self._eliminated,):
-            if ending.lines:
-                yield _Part(ending.title, ending.sentence, ending.lines)
+        matrices, taken = (self._matrices, self.derivation.assumptions) if steps else (None, ())
+        sentence = closing if self.equations else self._nothing
+        return _Part(_EQUATIONS, sentence, self.equations, matrices, taken)
 
     def _write_html(
         self, steps: bool, write: Callable[[Printed], str], below: Sequence[str] = ()
@@ -264,7 +304,8 @@ class Document:
         for sentence in self._about:
             yield f"<p>{self._set(sentence)}</p>"
         yield symbols
-        for letters, sentence, equality in _write_meanings(listed, MathML()):
+        shown = [meaning for meaning in listed if not meaning.told]
+        for letters, sentence, equality in _write_meanings(shown, MathML()):
             symbol = ", ".join(to_math(letter, "inline") for letter in letters)
             said = self._set(sentence)
             if equality:
@@ -323,7 +364,7 @@ class Document:
         for paragraph in self._about:
             yield from (*textwrap.wrap(paragraph, _WIDTH), "")
         yield "Symbols"
-        listed = self.meanings(steps)
+        listed = [meaning for meaning in self.meanings(steps) if not meaning.told]
         wide = max((len(meaning.names[0]) for meaning in listed), default=0)
         for letters, sentence, equality in _write_meanings(listed, writer):
             said = f"{sentence}, {equality}" if equality else sentence
@@ -379,6 +420,13 @@ class Document:
 def _assume(assumption: Assumption, writer: Writer) -> str:
     positive = expression(assumption.positive).write(writer)
     return f"{_TAKEN.format(assumption.subject)} {positive}, {_POSITIVE}"
+
+
+def _mirror(line: Printed) -> str:
+    """Return a line with a letter alone on its right, e.g. m x'' = R, the other way round."""
+    if not isinstance(line, Result) or isinstance(line.left, Left):
+        return ""
+    return replace(line, left=line.right, right=line.left, shown=None).write(Text())
 
 
 def _in_math(line: Printed) -> str:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import chain
 from typing import final
@@ -15,12 +15,14 @@ from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.printing.writers import Equation, Expression
 from mecanique.derivation.scalars.series import FOLLOWER, Kind, Series
 from mecanique.derivation.symbolic.derivation import (
+    DISTANCE,
+    INDEPENDENT,
     Derivation,
     Ending,
     Left,
-    Tie,
     lefts_of,
 )
+from mecanique.derivation.symbolic.kinematics import RELATIONS, follow
 from mecanique.derivation.tolerances import ALIGNED
 from mecanique.model.expression import symbols_in
 from mecanique.model.joint_base import UNITS, Single
@@ -89,58 +91,17 @@ _FOUND = {
     "h": ("Jacobi's integral", "J"),
     "D": ("Rayleigh's dissipation function", "W"),
     "R": ("Routh's function", "J"),
-    "r": ("position of the center of mass", "m"),
-    "v": ("velocity of the center of mass", "m/s"),
-    "a": ("acceleration of the center of mass", "m/s²"),
-    "m": ("mass", "kg"),
-    "c": ("center of mass in its own frame", "m"),
-    "I": ("moments of inertia about the center of mass", "kg·m²"),
-    "H": ("angular momentum", "kg·m²/s"),
-    "omega": ("angular velocity", "rad/s"),
-    "Omega": ("angular velocity of the axes", "rad/s"),
-    "F": ("force", "N"),
-    "C": ("couple", "N·m"),
-    "f": ("inertia force per length", "N/m"),
-    "s": ("distance from the end to the point where the inertia forces act", "m"),
-    "δr": ("virtual displacement of the point of action", "m"),
-    "δφ": ("virtual rotation", "rad"),
-    "δW": ("virtual work", "J"),
-    "Phi": ("left side of the constraint Φ = 0", ""),
-    "psi": ("left side of the velocity constraint ψ = 0", ""),
 }
-"""The meaning and unit of each letter that a step may have on its left side."""
+"""The meaning and unit of each letter without an index that a step may have on its left side."""
 
-_OF_COORDINATE = {
-    "Q": (
-        "generalized forces of drives and loads, each for the coordinate it is named after",
-        "generalized force of drives and loads for {}",
-        "W",
-    ),
-    "p": ("momenta, each of the coordinate it is named after", "momentum of {}", "J"),
-    "δW": (
-        "virtual work in the displacement of the coordinate it is named after",
-        "virtual work in the displacement of {}",
-        "",
-    ),
-}
-"""Quantities that belong to coordinates: what several and one of them, of the coordinate {}, are
-called, and the unit of their product with the velocity."""
+_WHICH = re.compile(
+    r"(.*\b(?:along|about) |.*, |virtual displacement (?:of|that belongs to the velocity) )"
+    r"(-?\w+)( of .*| component in .*|: small, .*)"
+)
+"""What several components, or the displacements of several coordinates, mean alike."""
 
-_ACTS = {
-    "F_weight": "weight of {}",
-    "δr_weight": "virtual displacement of the center of mass of {}",
-    "δW_weight": "virtual work of the weight of {}",
-    "F_inertia": "resultant of the inertia forces of {}",
-    "C_inertia": "couple of the inertia forces of {}",
-    "δr_inertia": "virtual displacement of the point where the inertia forces of {} act",
-    "δφ_inertia": "virtual rotation of {}",
-    "δW_inertia": "virtual work of the inertia forces of {}",
-    "δW_couple_inertia": "virtual work of the couple of the inertia forces of {}",
-    "δW_couple": "virtual work of the couple of {}",
-    "δW_R": "virtual work of the reaction in {}",
-    "s": "distance from the end of {} to the point where its inertia forces act",
-}
-"""The meaning of quantities whose names begin so; {} stands for the owner named by the rest."""
+_TOLD = {DISTANCE, INDEPENDENT}
+"""Meanings that the steps state themselves."""
 
 
 @final
@@ -152,6 +113,7 @@ class Meaning:
     sentence: str
     # the value, if the symbol is an abbreviation or follows from others
     definition: Expression | None = None
+    told: bool = False  # whether the steps themselves explain it where it first stands
 
 
 def meanings(
@@ -162,6 +124,8 @@ def meanings(
     ring, mechanism = algebra.ring, algebra.mechanism
     used = _collect_kinds(derivation, steps=steps)
     followers = [*_explain_followers(derivation)]
+    if steps and any(stage.title == RELATIONS for stage in derivation.stages):
+        followers = [replace(entry, definition=None) for entry in followers]
     signals = [*_explain_signals(derivation, used)]
     for entry in [*followers, *signals]:
         stated = entry.definition.letters if entry.definition is not None else ()
@@ -177,18 +141,27 @@ def meanings(
         if atom.named and atom.function != FOLLOWER and used.get(name) is Kind.ATOM:
             sentence = derivation.lengths.get(name, "root")
             entries.append(Meaning((name,), sentence, root(atom.argument)))
-    together: dict[str, list[str]] = {}
+    together: dict[tuple[str, str], dict[str, str]] = {}
     new = {name: meant for ending in endings for name, meant in ending.unknowns.items()}
+    explained = {name for ending in endings if ending.sections for name in ending.unknowns}
     for name, sentence in {**derivation.unknowns, **new}.items():
         if name in used or steps or name in new:
-            together.setdefault(sentence, []).append(name)
-    entries += [Meaning(tuple(names), sentence) for sentence, names in together.items()]
+            parts = _WHICH.fullmatch(sentence)
+            head, which, tail = parts.groups() if parts else (sentence, "", "")
+            together.setdefault((head, tail), {})[name] = which
+    for (head, tail), named in together.items():
+        if len(named) > 1:
+            head = head.replace("displacement ", "displacements ")
+            tail = tail.replace(" component ", " components ")
+        told = steps and (head in _TOLD or not explained.isdisjoint(named))
+        which = enumerate_words([*dict.fromkeys(named.values())])
+        entries.append(Meaning((*named,), f"{head}{which}{tail}", told=told))
     lefts = [
         *(_collect_lefts(derivation) if steps else ()),
         *lefts_of(chain(*(ending.lines for ending in endings))),
     ]
     known = {name for entry in entries for name in entry.names}
-    entries += _explain_steps(derivation, lefts, known)
+    entries += _explain_steps(derivation, lefts, known, steps=steps)
     if "t" in used:
         entries.append(Meaning(("t",), "time [s]"))
     return tuple(entries)
@@ -259,13 +232,7 @@ def _explain_followers(derivation: Derivation) -> Iterator[Meaning]:
     algebra = derivation.algebra
     mechanism = algebra.mechanism
     of_joint = dict(pair for joint in mechanism.joints for pair in _explain_joint(joint, mechanism))
-    named = {
-        algebra.ring.generators[index].name: atom.argument
-        for index, atom in algebra.ring.atoms.items()
-        if atom.function == FOLLOWER
-    }
-    for name in mechanism.coordinates.driven:
-        value = named.get(name) or algebra.lift(algebra.values[name])
+    for name, value in follow(algebra):
         yield Meaning((name,), of_joint.get(name, "joint coordinate"), expression(value))
 
 
@@ -280,33 +247,24 @@ def _explain_signals(derivation: Derivation, used: dict[str, Kind]) -> Iterator[
 
 
 def _explain_steps(
-    derivation: Derivation, lefts: Sequence[Left], known: set[str]
+    derivation: Derivation, lefts: Sequence[Left], known: set[str], *, steps: bool
 ) -> Iterator[Meaning]:
-    """Yield the meanings of the left sides of steps, components of one quantity together."""
-    mechanism = derivation.algebra.mechanism
-    owners = [part.name for part in (*mechanism.bodies, *mechanism.joints, *mechanism.forces)]
-    owners += [tie.name for tie in derivation.ties]
-    rates = _find_rates(mechanism)
-    demands = {f"{tie.letter}_{tie.name}": _find_unit(tie) for tie in derivation.ties}
-    groups: dict[str, list[str]] = {}
-    for left in lefts:
-        name = left.symbol
-        if name.rstrip("'") not in known:
-            if left.component:
-                sentence = _explain_component(left, rates)
-            else:
-                sentence = _explain(left, owners, demands)
-            if name not in groups.setdefault(sentence, []):
-                groups[sentence].append(name)
+    """Yield the meanings of left sides, which steps explain themselves."""
+    names = [*dict.fromkeys(left.symbol for left in lefts)]
+    names = [name for name in names if name.rstrip("'") not in known]
     if any(left.turning for left in lefts):
         sentence = "angular velocity [rad/s] and velocity [m/s] of the body, in its own axes"
         yield Meaning(("ω", "v"), sentence)
-    for sentence, names in groups.items():
-        if len(names) == 1:
-            _, _, coordinate = names[0].partition("_")
-            for plural, singular, _ in _OF_COORDINATE.values():
-                sentence = sentence.replace(plural, singular.format(coordinate))
-        yield Meaning(tuple(names), sentence)
+    if steps:
+        yield Meaning(tuple(names), "", told=True)
+        return
+    rates = _find_rates(derivation.algebra.mechanism)
+    for name in names:
+        letter, _, coordinate = name.partition("_")
+        what, unit = _FOUND.get(name, (f"momentum of {coordinate}", ""))
+        if letter == "p" and coordinate in rates:
+            unit = say_unit(divide(read_unit("J"), rates[coordinate]))
+        yield Meaning((name,), _add_unit(what, unit))
 
 
 def _find_rates(mechanism: Mechanism) -> dict[str, Dimension]:
@@ -314,49 +272,6 @@ def _find_rates(mechanism: Mechanism) -> dict[str, Dimension]:
     known, second = dimensions_of(mechanism).states, read_unit("s")
     rates = {name: divide(known[name], second) for name in mechanism.coordinates if name in known}
     return rates | {name: known[name] for name in mechanism.velocities if name in known}
-
-
-def _find_unit(tie: Tie) -> str:
-    """The unit of Φ or ψ: times its multiplier, Φ is a work and ψ a power."""
-    stated = UNIT_AT_END.search(tie.meaning)
-    if stated is None:
-        return ""
-    return say_unit(divide(read_unit("W" if tie.of_velocities else "J"), read_unit(stated[1])))
-
-
-def _explain_component(left: Left, rates: Mapping[str, Dimension]) -> str:
-    """Explain a momentum, a generalized force or a virtual work that belongs to one coordinate."""
-    what, _, product = _OF_COORDINATE[left.quantity]
-    if not product:
-        return f"{what} [J]"
-    rate = rates.get(left.by)
-    return what if rate is None else f"{what} [{say_unit(divide(read_unit(product), rate))}]"
-
-
-def _explain(left: Left, owners: Iterable[str], demands: Mapping[str, str]) -> str:
-    """Explain a quantity of a step by its letter and the body, joint or force it belongs to."""
-    base, _, rest = left.quantity.partition("_")
-    if left.quantity in _FOUND:
-        base, rest = left.quantity, ""
-    what, unit = _FOUND[base]
-    if rest:
-        what = f"{what} of {{}}"
-    known = [*owners]
-    for words in sorted(_ACTS, key=len, reverse=True):
-        if left.quantity.startswith(f"{words}_") and rest not in known:
-            what, rest = _ACTS[words], left.quantity.removeprefix(f"{words}_")
-            break
-    owner = _find_owner(rest, known) or rest
-    other = _find_owner(rest.removeprefix(f"{owner}_"), known) if rest != owner else ""
-    return _add_unit(
-        what.format(f"{owner} on {other}" if other else owner), demands.get(left.quantity, unit)
-    )
-
-
-def _find_owner(name: str, owners: Iterable[str]) -> str:
-    """Return the longest owner that a name begins with, "" if there is none."""
-    held = [owner for owner in owners if name == owner or name.startswith(f"{owner}_")]
-    return max(held, key=len, default="")
 
 
 def _explain_joint(joint: Joint, mechanism: Mechanism) -> Iterator[tuple[str, str]]:

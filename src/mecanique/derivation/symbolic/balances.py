@@ -6,6 +6,7 @@ origin of its frame: equations are solved only by moving terms, which keeps clos
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -170,6 +171,13 @@ class Guiding:
         self.symbols = [ring.unknown(name, Kind.REACTION) for name in self.names]
         ground = replace(cuts.kinematics.ground, wave=self._wave)
         units = unit_forces(mechanism, ground) if mechanism.elements else []
+        for unit in units:
+            axis, said = (
+                _name_axis(lift(ring, unit.force).tidy()),
+                self.meanings[self.names[unit.index]],
+            )
+            if axis and f" exerts on {unit.body} in " in said:
+                self.meanings[self.names[unit.index]] = _OF_FRAME.sub(f"{axis} of the world", said)
         self._parting: dict[int, Series] = {}
         """The separating force |F| sin α of meshing wheels, by index of F."""
         for index in sorted({unit.index for unit in units if unit.pressed and any(unit.force)}):
@@ -274,6 +282,17 @@ class Guiding:
         from sympy import cos, sympify
 
         return algebra.series(cos(sympify(angle))), algebra.ring.number(1)
+
+
+def _name_axis(unit: Vector) -> str:
+    """Return the world's axis that a unit vector is along in every position, "" if none."""
+    for axis, size in zip("xyz", unit, strict=True):
+        if size in (1, -1):
+            return axis if size == 1 else f"-{axis}"
+    return ""
+
+
+_OF_FRAME = re.compile(r"\w of its frame")
 
 
 def _list_meanings(mechanism: Mechanism) -> Iterator[tuple[str, str]]:

@@ -53,6 +53,10 @@ Matrix: TypeAlias = "tuple[tuple[Series, ...], ...]"
 REACTIONS = "Reactions"
 """Title of the step that finds the reactions."""
 
+DISTANCE = "distance along a rod from its end [m]"
+INDEPENDENT = "independent virtual displacement: small and arbitrary"
+"""Meanings of letters that the steps of virtual work explain themselves."""
+
 
 @final
 @dataclass(frozen=True)
@@ -209,13 +213,15 @@ class Derivation:
 @final
 @dataclass(frozen=True)
 class Ending:
-    """What a derivation's equations of motion come to: its last section."""
+    """What a derivation's equations of motion come to: a section after them."""
 
     sentence: str = ""
     lines: tuple[Printed, ...] = ()
     # meaning of each letter that the derivation itself does without, by its name
     unknowns: Mapping[str, str] = field(default_factory=dict)
     title: str = "Result"
+    # the sections that lead to it from the equations of motion, and the last one after them
+    sections: tuple[Ending, ...] = ()
 
 
 NO_ENDING = Ending()

@@ -1,4 +1,4 @@
-"""List masses, centers of mass and moments of inertia, and say where the moments come from."""
+"""List centers of mass and moments of inertia, and say where the moments come from."""
 
 from __future__ import annotations
 
@@ -6,7 +6,14 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from mecanique.derivation.scalars.cancel import tidy
-from mecanique.derivation.symbolic.derivation import Left, Result, Stage, list_components
+from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.symbolic.derivation import (
+    Left,
+    Result,
+    Stage,
+    lefts_of,
+    list_components,
+)
 from mecanique.derivation.symbolic.kinematics import MOST_LISTED, Kinematics
 from mecanique.derivation.tree.poses import combination
 from mecanique.model.bodies import Body
@@ -14,34 +21,39 @@ from mecanique.model.bodies.shapes import HOMOGENEOUS
 from mecanique.wording import enumerate_words
 
 
-def inertia_stages(kinematics: Kinematics) -> list[Stage]:
-    """Return the step that lists masses, centers of mass and moments of inertia about them."""
+def inertia_stages(kinematics: Kinematics, spread: Sequence[str] = ()) -> list[Stage]:
+    """Return the step that lists centers of mass and moments of inertia about them."""
+    # but not of bodies over which the inertia forces are spread, and integrated
     algebra, results, turning = kinematics.algebra, list[Result](), list[Body]()
-    for name in kinematics.bodies:
+    for name in (name for name in kinematics.bodies if name not in spread):
         body = algebra.mechanism.body(name)
         mass = algebra.series(body.mass)
-        if mass:
+        moments = [*list_moments(kinematics, name)]
+        if mass and moments and not _is_letter(mass):
             results.append(Result(Left(f"m_{name}"), mass))
+        if mass and moments:
             center = [tidy(algebra.series(part)) for part in body.center]
             results += list_components(f"c_{name}", "xyz", center)
-        moments = [*list_moments(kinematics, name)]
         results += moments
         if moments:
             turning.append(body)
-    if not results or sum(len(result.right) for result in results) > MOST_LISTED:
+    if not turning or sum(len(result.right) for result in results) > MOST_LISTED:
         return []
-    told = " ".join(_say_forms(turning))
-    if "(H" in told:
-        told += (
-            " H1 to H9 are the rows of the table of homogeneous bodies, whose letters stand for "
-            "each body's own mass and dimensions."
-        )
-    what = "its mass m, the position c of its center of mass in its own frame"
-    if told:
-        what += ", and the moments of inertia I about that center, along the axes of that frame "
-        what += "that it turns about"
-    title = "Masses and moments of inertia" if told else "Masses"
-    return [Stage(title, f"Of each body: {what}. {told}".rstrip(), (*results,))]
+    letters = {left.symbol[0] for left in lefts_of(results)}
+    at = "; in that frame the center is at c" if "c" in letters else ""
+    said = [
+        "The moments of inertia I of a body are those about its center of mass, along the axes "
+        f"of its own frame that it turns about{at}.",
+        *_say_forms(turning),
+    ]
+    said += ["A mass m that is no single letter is listed, too."] if "m" in letters else []
+    return [Stage("Moments of inertia", " ".join(said), (*results,))]
+
+
+def _is_letter(series: Series) -> bool:
+    """Return whether a series is one letter or number, which a name would only repeat."""
+    ring, names = series.ring, [generator.name for generator in series.generators()]
+    return series.is_number or (len(names) == 1 and series == ring[names[0]])
 
 
 def list_moments(kinematics: Kinematics, name: str) -> Iterator[Result]:
@@ -86,10 +98,9 @@ def _say_forms(bodies: Sequence[Body]) -> Iterator[str]:
 
 
 def _count_forms(form: str, count: int, number: str = "{} ") -> str:
-    """Return a form with its number in the table, e.g. "a thin disk (H4)", "2 particles"."""
-    row = f" (H{[*HOMOGENEOUS].index(form) + 1})" if form in HOMOGENEOUS else ""
+    """Return a form with its article or number, e.g. "a thin disk", "2 particles"."""
     if count == 1:
-        return f"a {form}{row}"
+        return f"a {form}"
     head, joint, rest = form.partition(" with")
     plural = f"{head}{'es' if head.endswith('x') else 's'}{joint}{rest}"
-    return f"{number.format(count)}{plural}{row}"
+    return f"{number.format(count)}{plural}"

@@ -6,7 +6,7 @@ joint that leads to it from the ground; in the axes of that body no quaternion a
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, final
 
@@ -14,7 +14,7 @@ from mecanique.derivation.laws import Travel
 from mecanique.derivation.mechanics.elements import Ground
 from mecanique.derivation.mechanics.forces import Span
 from mecanique.derivation.scalars.cancel import tidy
-from mecanique.derivation.scalars.series import TIMED, Kind, Series
+from mecanique.derivation.scalars.series import FOLLOWER, TIMED, Kind, Series
 from mecanique.derivation.symbolic.derivation import Left, Result, Stage, list_components
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import SymbolicWrench, Vector, along, lift, zero
@@ -312,6 +312,40 @@ def _ddt(entry: Any) -> Any:
 
 MOST_LISTED = 600
 """Positions and velocities are listed if they have at most this many terms in total."""
+
+
+RELATIONS = "Kinematic relations"
+"""Title of the step that states the coordinates which elements lead."""
+
+
+def follow(algebra: Algebra) -> Iterator[tuple[str, Series]]:
+    """Yield the joint coordinates that follow from others, each with its value."""
+    ring = algebra.ring
+    named = {
+        ring.generators[index].name: atom.argument
+        for index, atom in ring.atoms.items()
+        if atom.function == FOLLOWER
+    }
+    for name in algebra.mechanism.coordinates.driven:
+        yield name, named.get(name) or algebra.lift(algebra.values[name])
+
+
+def relation_stages(algebra: Algebra) -> list[Stage]:
+    """Return the step that states how cords, wheels and other elements lead coordinates."""
+    mechanism = algebra.mechanism
+    relations = [*follow(algebra)] if mechanism.elements else []
+    if not relations:
+        return []
+    names = enumerate_words([element.name for element in mechanism.elements])
+    free = enumerate_words([*mechanism.coordinates])
+    sentence = (
+        f"Through {names}, the other coordinates depend on {free}. Differentiated, these relations "
+        "give the velocities, and at fixed time the virtual displacements alike."
+    )
+    results = []
+    for name, value in relations:
+        results += [Result(Left(name), value), Result(Left(f"{name}'"), tidy(value.ddt()))]
+    return [Stage(RELATIONS, sentence, tuple(results))]
 
 
 def quaternion_stages(algebra: Algebra) -> list[Stage]:

@@ -37,6 +37,7 @@ from mecanique.derivation.symbolic.kinematics import (
     Kinematics,
     geometry_stages,
     quaternion_stages,
+    relation_stages,
 )
 from mecanique.derivation.symbolic.multipliers import (
     loop_stages,
@@ -63,7 +64,7 @@ def _write_squares(T: Series, squares: Squares) -> Expression:
     return shorter(half_squares(squares), plain) if squares else plain
 
 
-def _collect(squares: Mapping[str, Squares]) -> Squares:
+def collect_squares(squares: Mapping[str, Squares]) -> Squares:
     """Return the squares of all bodies, none if a body has none."""
     if not all(squares.values()):
         return ()
@@ -81,7 +82,7 @@ def energy_stages(lagrange: Lagrange, *, by_squares: bool = True) -> list[Stage]
         if part
     ]
     parts = parts if len(parts) > 1 else []
-    whole = Result(Left("T"), T, partial(_write_squares, T, _collect(squares)))
+    whole = Result(Left("T"), T, partial(_write_squares, T, collect_squares(squares)))
     found = [Stage("Kinetic energy", _say_kinetic(lagrange), (*parts, whole))]
     stored = _list_energies(gravity, works)
     sentences = []
@@ -95,11 +96,11 @@ def energy_stages(lagrange: Lagrange, *, by_squares: bool = True) -> list[Stage]
     potentials = [work for work in works if work.kind == "potential"]
     if any(work.elastic for work in potentials):
         sentences.append(
-            "Each spring stores half its stiffness times the square of its elongation."
+            "Each spring adds to V half its stiffness times the square of its elongation."
         )
     given = [work.name for work in potentials if work.stated and not work.elastic]
     if given:
-        sentences.append(f"The potential of {enumerate_words(given)} is given.")
+        sentences.append(f"The potential V of {enumerate_words(given)} is given.")
     loads = [work.name for work in potentials if not work.stated]
     if loads:
         depend = "depends" if len(loads) == 1 else "depend"
@@ -161,7 +162,7 @@ def _store(name: str, work: Work) -> Result:
     return Result(Left(f"V_{name}"), work.scalar, shown)
 
 
-def _write_momentum(p: Series, velocity: str, squares: Squares) -> Expression:
+def write_momentum(p: Series, velocity: str, squares: Squares) -> Expression:
     """Write the momentum Σ I w ∂w/∂q' with its angular velocities as they are, if shorter."""
     plain = expression(p)
     parts = [(tidy(factor * slope), w) for factor, w in squares if (slope := w.diff(velocity))]
@@ -171,7 +172,7 @@ def _write_momentum(p: Series, velocity: str, squares: Squares) -> Expression:
 def energy_integral(lagrange: Lagrange, *, by_squares: bool = True) -> list[Stage]:
     """Return the step that states the conserved energy, if L does not depend on time."""
     T, V, gravity, works = lagrange.T, lagrange.V, lagrange.gravity, lagrange.works
-    ties, squares = lagrange.ties, _collect(lagrange.squares) if by_squares else ()
+    ties, squares = lagrange.ties, collect_squares(lagrange.squares) if by_squares else ()
     # If a prescribed motion adds terms of degree 0 or 1 in the velocities to T, the conserved
     # quantity is Jacobi's integral instead (Goldstein, Classical Mechanics, 3rd ed., eq. 2.53).
     timed = any(map(_is_timed, [T, V, *(tie.demand for tie in ties)]))
@@ -188,7 +189,7 @@ def energy_integral(lagrange: Lagrange, *, by_squares: bool = True) -> list[Stag
     idle += ", and the constraints do none" if ties else ""
     potential = partial(_write_potential, gravity, works, V)
     if _find_orders(T) <= {2}:
-        sentence = f"{idle}: the total energy is constant along any motion."
+        sentence = f"{idle}: the total energy E = T + V is constant along any motion."
         energy = Result(Left("E"), T + V, lambda: join((_write_squares(T, squares), potential())))
         return [Stage(ENERGY_INTEGRAL, sentence, (energy,))]
     degrees, zero = split_by_degree(T), T.ring.number(0)
@@ -257,7 +258,7 @@ def coordinate_stages(
     lagrange: Lagrange, operated: Sequence[Euler], turning: Sequence[Series]
 ) -> list[Stage]:
     """Return the steps that apply Lagrange's operator, one for each velocity."""
-    ring, squares, found = lagrange.algebra.ring, _collect(lagrange.squares), []
+    ring, squares, found = lagrange.algebra.ring, collect_squares(lagrange.squares), []
     columns = (
         lagrange.algebra.velocities,
         operated,
@@ -270,8 +271,9 @@ def coordinate_stages(
         q = coordinate_of(v)
         quasi = q == v
         sentence = (
-            f"Lagrange's operator for {q}: its momentum, the rate of the momentum, and the "
-            "derivatives of T and V by the coordinate at fixed velocities."
+            "Lagrange's operator takes the momentum of a coordinate, its rate, and the derivatives "
+            "of T and V by the coordinate at fixed velocities. Derivatives that are not listed are "
+            "zero."
         )
         if quasi:
             sentence = (
@@ -281,27 +283,28 @@ def coordinate_stages(
         conserved = unforced and not (quasi or E.slope or fall or loss)
         if conserved:
             sentence += (
-                f" As neither T nor V depends on {q}, and no other force acts along it, its "
-                f"momentum p, ∂T/∂{v}, is conserved."
+                f" As neither T nor V depends on {q}, and no other force acts along it, the "
+                f"momentum p_{q} = ∂T/∂{v} is conserved."
             )
         momentum = Left("p", q, component=True)
         lines = [
             (momentum, E.momentum, conserved),
-            (Left("T", v), E.momentum, not conserved),
-            (Left("T", v, total=True), E.rate, True),
+            (Left("T", v), E.momentum, bool(E.momentum) and not conserved),
+            (Left("T", v, total=True), E.rate, bool(E.rate)),
             (Left("T", v, turning=True), terms, bool(terms)),
-            (Left("T", q), E.slope, bool(E.slope) or not quasi),
-            (Left("V", q), fall, bool(fall) or not quasi),
+            (Left("T", q), E.slope, bool(E.slope)),
+            (Left("V", q), fall, bool(fall)),
             (Left("D", v), loss, bool(loss)),
         ]
         results = tuple(
-            Result(left, right, partial(_write_momentum, right, v, squares))
+            Result(left, right, partial(write_momentum, right, v, squares))
             if left is momentum
             else Result(left, right)
             for left, right, shown in lines
             if shown
         )
-        found.append(Stage(f"Operator for {q}", sentence, results))
+        if results:
+            found.append(Stage(f"Operator for {q}", sentence, results))
     return found
 
 
@@ -349,6 +352,7 @@ class Lagrange:
             Q=tuple(by_velocity(load, names) for load in loads),
             stages=(
                 *quaternion_stages(algebra),
+                *relation_stages(algebra),
                 *inertia_stages(self.kinematics),
                 *geometry_stages(self.kinematics),
                 *energy_stages(self),

@@ -33,7 +33,7 @@ from mecanique.derivation.symbolic.derivation import (
 )
 from mecanique.derivation.symbolic.forces import length_names
 from mecanique.derivation.symbolic.inertias import inertia_stages
-from mecanique.derivation.symbolic.kinematics import quaternion_stages
+from mecanique.derivation.symbolic.kinematics import quaternion_stages, relation_stages
 from mecanique.derivation.symbolic.multipliers import (
     loop_stages,
     multiplier_stages,
@@ -87,6 +87,7 @@ class NewtonEuler:
             Q=Q,
             stages=(
                 *quaternion_stages(algebra),
+                *relation_stages(algebra),
                 *inertia_stages(self.cuts.kinematics),
                 *loop_stages(loops, of_forces=True),
                 *(stage for cut in self.balances.bodies for stage in self._balance(cut)),

@@ -34,9 +34,11 @@ from mecanique.derivation.symbolic.kinematics import geometry_stages
 from mecanique.derivation.symbolic.lagrange import (
     ENERGY_INTEGRAL,
     Lagrange,
+    collect_squares,
     energy_integral,
     energy_stages,
     split_by_degree,
+    write_momentum,
 )
 from mecanique.derivation.symbolic.multipliers import (
     Quotient,
@@ -52,6 +54,9 @@ from mecanique.errors import DerivationError, UnknownNameError
 from mecanique.model.mechanism_units import characteristic_length, units
 from mecanique.model.random_positions import draw_positions
 from mecanique.wording import enumerate_words
+
+COEFFICIENTS = "Kinematic coefficients"
+"""Title of the step that finds them."""
 
 _LETTERS = ("p", "P", "pi")
 """Letters for a momentum, before the name of its coordinate."""
@@ -148,7 +153,7 @@ class Routh:
         sentence = _LEFT_BY_MOMENTA.format(
             f"{enumerate_words(cyclic)} {'are' if several else 'is'}",
             "their velocities follow" if several else "its velocity follows",
-            "the constant momenta" if several else "the constant momentum",
+            f"the constant {'momenta' if several else 'momentum'} p",
             f"{others} {'these equations are' if equations else 'one equation is'}",
             " and the constant energy E in it" if energy else "",
         )
@@ -284,7 +289,9 @@ def _finish(lagrange: Lagrange, kinetic: Series, ignored: Sequence[Ignored]) -> 
     for coordinate in ignored:
         name, v = coordinate.name, f"{coordinate.name}'"
         letter = name_of(coordinate.momentum).removesuffix(f"_{name}")
-        momenta.append(Result(Left(letter, name, component=True), tidy(lagrange.T.diff(v))))
+        p = tidy(lagrange.T.diff(v))
+        momentum = partial(write_momentum, p, v, collect_squares(lagrange.squares))
+        momenta.append(Result(Left(letter, name, component=True), p, momentum))
         fraction = Quotient(coordinate.left, coordinate.inertia).fraction
         velocities.append(Result(Left(v), coordinate.rate, fraction))
     derivation = Derivation(
@@ -338,6 +345,25 @@ def _closing(lagrange: Lagrange, any_left: bool) -> str:
     )
 
 
+_FOLLOWING_LOOPS = (
+    "The loops make every other coordinate a function of {0}: its velocity is K {0}'{1}, with the "
+    "kinematic coefficient K named after it. Inserted into Φ' = 0, and divided by {0}', these are "
+    "linear equations for the coefficients."
+)
+_SUM = (
+    "The equation of each coordinate is multiplied by its coefficient, that of {0} by 1, and all "
+    "are added: along such a displacement the forces λ of the loops do no work, and cancel."
+)
+_SUM_OF_WORK = (
+    "Inserted into the sum of the virtual work, these displacements leave δ{0} alone, which is "
+    "arbitrary: its coefficient is zero."
+)
+_REFERRED = (
+    "With the velocities K {0}' and the accelerations K {0}'' + L {0}'² inserted, J collects what "
+    "multiplies {0}'', the inertia referred to {0}; {1} what multiplies {0}'², which is ½ dJ/d{0}; "
+    "and Q_{0}, the generalized force, all else."
+)
+_LEFT = "One equation is left for {0}{2}: J {0}'' + {1} {0}'² = Q_{0}."
 _FOLLOW = (
     "The loops make every other coordinate a function of {0}: its velocity is K {0}', with the "
     "kinematic coefficient K named after it. The loop equations, differentiated by {0}, are linear "
@@ -388,16 +414,39 @@ class ReducedEquation:
     # acceleration of the kept one, and the coefficients
     parts: tuple[Series, ...]
     ties: tuple[Tie, ...]  # the independent equations of the loops
+    rates: tuple[Series, ...]  # what these keep zero per unit velocity, linear in the coefficients
+    # the sum of the equations of motion, each times its coefficient, without multipliers
+    weighted: Series
 
-    @property
-    def ending(self) -> Ending:
-        """The equation with its coefficients, to end a derivation with."""
-        lines = [line for stage in self.derivation.stages[-3:] for line in stage.results]
-        *_, change = lefts_of(lines)
+    def end(self, *, of_work: bool) -> Ending:
+        """Return the equation with its coefficients, to end a derivation with."""
+        follow, change, refer = self.derivation.stages[-3:]
+        lines = [*follow.results, *change.results, *refer.results]
+        *_, bias = lefts_of(lines)
         equation, _ = self.derivation.written or ()
         where = say_where(term.value for term in (*self.ratios, *self.changes))
-        sentence = _LEFT_BY_LOOPS.format(self.coordinate, change.symbol, where)
-        return Ending(sentence, (*lines, equation), self.derivation.unknowns)
+        kept, unknowns = self.coordinate, self.derivation.unknowns
+        sentence = _LEFT_BY_LOOPS.format(kept, bias.symbol, where)
+        displaced = f", and its virtual displacement K δ{kept}" if of_work else ""
+        force = self.parts[0].ring.sum([-part for part in self.parts[2:]])
+        pull = Result(Left("Q", kept, component=True), tidy(force))
+        whole = Result(self.weighted, force.ring.number(0))
+        sections = (
+            Ending(
+                _FOLLOWING_LOOPS.format(kept, displaced),
+                (*(Result(demand, force.ring.number(0)) for demand in self.rates), *follow.results),
+                title=follow.title,
+            ),
+            Ending(
+                (_SUM_OF_WORK if of_work else _SUM).format(kept),
+                (whole,),
+                title="Sum along the displacement",
+            ),
+            Ending(change.explanation, change.results, title=change.title),
+            Ending(_REFERRED.format(kept, bias.symbol), (*refer.results, pull), title=refer.title),
+            Ending(_LEFT.format(kept, bias.symbol, where), (equation,)),
+        )
+        return Ending(sentence, (*lines, equation), unknowns, sections=sections)
 
 
 def reduce_to_one(lagrange: Lagrange, coordinate: str = "") -> ReducedEquation:
@@ -512,7 +561,13 @@ class _Reducing:
         rest = ring.sum([part * v**p for (p,), part in powers.items()])
         parts = (J * a, C * v**2, rest, -forces)
         derivation = self._derivation(full, K, L, J, C, rest, forces)
-        return ReducedEquation(derivation, kept, K, L, parts, self.ties)
+        accelerations = [ring[name] for name in algebra.accelerations]
+        rows = []
+        for row, h, Q in zip(full.M, full.h, full.Q, strict=True):
+            rows.append(ring.sum([along_displacement(row, accelerations), h, -Q]))
+        weighted = by_velocity(along_displacement(ratios, rows), algebra.velocities)
+        rates = tuple(map(tidy, first))
+        return ReducedEquation(derivation, kept, K, L, parts, self.ties, rates, weighted)
 
     def _put(self, series: Series) -> Series:
         """Replace the velocities of the other coordinates by K θ'."""
@@ -564,7 +619,7 @@ class _Reducing:
             stages=(
                 *before,
                 *closed,
-                Stage("Kinematic coefficients", _FOLLOW.format(kept), first),
+                Stage(COEFFICIENTS, _FOLLOW.format(kept), first),
                 Stage("Derivatives of the coefficients", _CHANGE.format(kept), second),
                 Stage(f"Inertia referred to {kept}", _INERTIA.format(*letters), inertias),
             ),

@@ -24,7 +24,6 @@ from mecanique.derivation.symbolic.reduced import reduce_by_momenta, reduce_to_o
 from mecanique.derivation.symbolic.solution import EliminatedSolution, solve
 from mecanique.derivation.symbolic.symbols import coordinate_of
 from mecanique.errors import DerivationError
-from mecanique.model.mechanism import Mechanism
 from mecanique.wording import enumerate_words
 
 _INTEGRALS = (ENERGY_INTEGRAL, "Jacobi's integral")
@@ -35,8 +34,10 @@ _LONGEST_OF_LOOPS = 20
 _LONGEST_INSERTED = 6
 """Most terms of a force that is listed once more with the acceleration inserted."""
 
+_OTHERS = "The other velocities follow from theirs."
+_REMAIN = "Without the forces of the constraints these equations remain"
 _ELIMINATED = (
-    "The other velocities follow from theirs. To the equation of each free coordinate those of the "
+    "To the equation of each free coordinate those of the "
     "others are added, each times the coefficient with which its velocity depends on that of the "
     "free one: in such a displacement the forces of the constraints do no work, and cancel."
 )
@@ -52,7 +53,10 @@ def result_of(derivation: Derivation) -> Ending:
     # the equations that loops or cyclic coordinates leave
     if derivation.written is not None:
         return NO_ENDING
-    said, lines = list[str](), list[Printed]()
+    reduced = _reduce(derivation)
+    said, told, lines, last = list[str](), list[str](), list[Printed](), list[Printed]()
+    sections = [*reduced.sections[:-1]]
+    of_work = bool(reduced.sections and derivation.quasi)  # whose equations leave out the forces
     with suppress(DerivationError):  # loops, and constraints without displacements everywhere
         loops = bool(derivation.algebra.mechanism.loops)
         # what multiplies out to more than twice as many terms seldom becomes as short as is shown
@@ -65,49 +69,95 @@ def result_of(derivation: Derivation) -> Ending:
             kept = enumerate_words([*map(coordinate_of, solved.kept)])
             said.append(f"The constraints leave {kept} free.")
             explicit = solved.accelerations and not say_where(solved.accelerations.values())
-            ring = derivation.algebra.ring
+            if not sections:
+                sections = [_eliminate(derivation, solved)]
             if not (single or explicit):
-                where = say_where(Quotient(row, ring.number(1)) for row in solved.rows)
-                said += [] if derivation.quasi else [_ELIMINATED]
-                said.append(f"Without the forces of the constraints these equations remain{where}.")
-                moving = [(name, rate) for name, rate in solved.followers.items() if rate]
-                lines += [Result(ring[name], rate) for name, rate in moving if not derivation.quasi]
+                where = _say_where(solved)
+                said += [] if derivation.quasi else [_OTHERS, _ELIMINATED]
+                said.append(f"{_REMAIN}{where}.")
+                lines += [] if derivation.quasi else [*_follow(solved)]
                 lines += solved.equations
         if solved.accelerations:
             where = say_where(solved.accelerations.values())
             said.append(f"The accelerations are explicit{where}.")
+            told += [] if reduced.sections else said[-1:]
         if solved.forces:
             by = "" if solved.accelerations else " from the accelerations"
             said.append(f"The forces of the constraints follow{by}.")
+            told += [] if of_work else said[-1:]
         inserted = _insert(derivation.reactions, solved)
         if inserted:
             said.append(f"Inserted, they give {enumerate_words([*inserted])}.")
-        pairs = [*solved.accelerations.items(), *solved.forces.items(), *inserted.items()]
-        lines += [value.equate(name) for name, value in pairs]
-        lines += solved.turned
-    reduced = _reduce(derivation.algebra.mechanism, pointing=not lines)
+            told.append(said[-1])
+        forces = [*solved.forces.items(), *inserted.items()]
+        accelerations = [value.equate(name) for name, value in solved.accelerations.items()]
+        rest = [*(value.equate(name) for name, value in forces), *solved.turned]
+        lines += [*accelerations, *rest]
+        if not reduced.sections:
+            last += accelerations
+        last += [] if of_work else rest
+    if lines and not reduced.lines:  # those of the loops are short enough to stand here
+        reduced = NO_ENDING
     integrals = [*_list_integrals(derivation.stages)]
     letters = [*dict.fromkeys(left.symbol for left in lefts_of(integrals))]
     if integrals:
         are = "is" if len(integrals) == 1 else "are"
         said.append(f"Along any motion {enumerate_words(letters)} {are} constant.")
+    closing = (reduced, *reduced.sections)[-1]
     said += [reduced.sentence] if reduced.sentence else []
-    # of momenta the first statement stays; of E the last, with V_eff
+    told += [closing.sentence] if closing.sentence else []
+    # of E the last statement stays, with V_eff
     momenta = {left for left in lefts_of(integrals) if left.component}
     new = [line for line in reduced.lines if momenta.isdisjoint(lefts_of([line]))]
     integrals = [line for line in integrals if {*lefts_of([line])}.isdisjoint(lefts_of(new))]
-    return Ending(" ".join(said), (*lines, *integrals, *new), reduced.unknowns)
+    sections.append(Ending(" ".join(told), (*last, *closing.lines)))
+    whole = (*lines, *integrals, *new)
+    return Ending(" ".join(said), whole, reduced.unknowns, sections=tuple(sections))
 
 
-def _reduce(mechanism: Mechanism, *, pointing: bool) -> Ending:
+def _eliminate(derivation: Derivation, solved: EliminatedSolution) -> Ending:
+    """Return the section from equations with constraints to those of the free coordinates."""
+    kept, where = enumerate_words([*map(coordinate_of, solved.kept)]), _say_where(solved)
+    said = f"The constraints leave {kept} free."
+    if derivation.quasi:
+        said += (
+            " The velocities depend on each other as their displacements do. Inserted with their "
+            f"rates into the equations of motion, these relations leave{where}:"
+        )
+        return Ending(said, solved.equations, title="Elimination of the dependent velocities")
+    lines = (*_follow(solved), *solved.equations)
+    said += f" {_OTHERS}"
+    said += f" {_ELIMINATED} {_REMAIN}{where}."
+    return Ending(said, lines, title="Elimination of the constraint forces")
+
+
+def _say_where(solved: EliminatedSolution) -> str:
+    """Say where the equations of the velocities that are kept hold."""
+    return say_where(Quotient(row, row.ring.number(1)) for row in solved.rows)
+
+
+def _follow(solved: EliminatedSolution) -> Iterator[Result]:
+    """Yield the velocities that follow from those that are kept."""
+    for name, rate in solved.followers.items():
+        if rate:
+            yield Result(rate.ring[name], rate)
+
+
+def _reduce(derivation: Derivation) -> Ending:
     """Return the equations that loops or cyclic coordinates leave; of long ones, where they are."""
+    mechanism = derivation.algebra.mechanism
     with suppress(DerivationError):
         lagrange = Lagrange(mechanism)
-        reduced = reduce_to_one(lagrange) if mechanism.loops else reduce_by_momenta(lagrange)
-        rights = [line.right for line in reduced.ending.lines if isinstance(line, Result)]
+        of_work = any(name.startswith("δ") for name in derivation.unknowns)
+        ending = (
+            reduce_to_one(lagrange).end(of_work=of_work)
+            if mechanism.loops
+            else reduce_by_momenta(lagrange).ending
+        )
+        rights = [line.right for line in ending.lines if isinstance(line, Result)]
         if max(map(len, rights), default=0) <= _LONGEST_OF_LOOPS:
-            return reduced.ending
-        return Ending(_ELSEWHERE) if mechanism.loops and pointing else NO_ENDING
+            return ending
+        return Ending(_ELSEWHERE) if mechanism.loops else NO_ENDING
     return NO_ENDING
 
 

@@ -21,6 +21,8 @@ from mecanique.derivation.scalars.series import GIVEN, Kind, Series
 from mecanique.derivation.symbolic.balances import FreeBodies
 from mecanique.derivation.symbolic.cutting import Cut, Cuts
 from mecanique.derivation.symbolic.derivation import (
+    DISTANCE,
+    INDEPENDENT,
     Derivation,
     Left,
     Result,
@@ -31,7 +33,7 @@ from mecanique.derivation.symbolic.derivation import (
 )
 from mecanique.derivation.symbolic.forces import length_names
 from mecanique.derivation.symbolic.inertias import inertia_stages
-from mecanique.derivation.symbolic.kinematics import quaternion_stages
+from mecanique.derivation.symbolic.kinematics import quaternion_stages, relation_stages
 from mecanique.derivation.symbolic.multipliers import (
     independent_displacements,
     list_alone,
@@ -233,8 +235,8 @@ class Ledger:
             if any(cut.weight.force):
                 weight = SymbolicWrench(cut.weight.force, zero(self._ring))
                 self.weights.append(self._enter(lines, f"weight_{body}", cut, weight, at_center))
-            seat, couple = self._seat_of_inertia(cut)
-            moved = at_center if seat is None else SymbolicWrench(seat, rotation)
+            velocity, couple = self.seat_of_inertia(cut)
+            moved = SymbolicWrench(self.displacements.vary(velocity), rotation)
             inertia = SymbolicWrench(-cut.push.force, couple)
             work = self._enter(lines, f"inertia_{body}", cut, inertia, moved, known=True)
             self.inertia.append(work)
@@ -250,33 +252,43 @@ class Ledger:
         """Return a sentence that says where weight and inertia forces act."""
         if not cut.inert:
             return ""
-        falls = any(cut.weight.force)
-        if self._seat_of_inertia(cut)[0] is not None:
-            weight = "The weight acts at the center of mass, t" if falls else "T"
-            return (
-                f" {weight}he inertia forces where their resultant acts, at the distance "
-                f"s_{cut.body}."
-            )
-        both = "Weight and inertia forces act" if falls else "The inertia forces act"
-        return f" {both} at the center of mass."
+        weight = "The weight acts at the center of mass, t" if any(cut.weight.force) else "T"
+        if self.is_spread(cut):
+            where = f"where their resultant acts, at the distance s_{cut.body}"
+        elif self.is_pivoted(cut):
+            where = f"at {cut.joint.name}, which does not move"
+        else:
+            both = "Weight and i" if any(cut.weight.force) else "The i"
+            return f" {both}nertia forces act at the center of mass."
+        return f" {weight}he inertia forces {where}."
 
-    def _seat_of_inertia(self, cut: Cut) -> tuple[Vector | None, Vector]:
-        """Return the virtual displacement of the point where a rod's inertia forces act."""
-        # Also return their couple about that point; for other bodies None and the couple about the
-        # center of mass
-        spread, couple = distribution_of(self.cuts, cut), couple_of_inertia(cut)
-        if spread is None:
-            return None, couple
-        points = {point for point in spread.point if point is not None}
-        if len(points) != 1:
-            return None, couple
-        (s,) = points
+    def is_spread(self, cut: Cut) -> bool:
+        """Return whether the inertia forces of a body are those of a rod, with one resultant."""
+        spread = distribution_of(self.cuts, cut)
+        points = {point for point in spread.point if point is not None} if spread else set()
+        return len(points) == 1 and not any(self._seat_on_rod(cut)[1])
+
+    def is_pivoted(self, cut: Cut) -> bool:
+        """Return whether inertia forces are reduced to a fixed point beside the center of mass."""
+        beside = cut.fixed and any(cut.center) and any(couple_of_inertia(cut))
+        return beside and not self.is_spread(cut)
+
+    def _seat_on_rod(self, cut: Cut) -> tuple[Vector, Vector]:
+        """Return the velocity of the point where a rod's inertia forces act, and their couple."""
+        spread = distribution_of(self.cuts, cut)
+        assert spread is not None
+        s = next(point for point in spread.point if point is not None)
         arm = spread.direction * (s - spread.length / 2)
-        left = (couple + cross(arm, cut.push.force)).tidy()
-        if any(left):
-            return None, couple
-        velocity = total([cut.twist.force, cross(cut.twist.moment, arm)])
-        return self.displacements.vary(velocity), left
+        left = (couple_of_inertia(cut) + cross(arm, cut.push.force)).tidy()
+        return total([cut.twist.force, cross(cut.twist.moment, arm)]), left
+
+    def seat_of_inertia(self, cut: Cut) -> tuple[Vector, Vector]:
+        """Return the velocity of the point where inertia forces act, and their couple."""
+        if self.is_spread(cut):
+            return self._seat_on_rod(cut)
+        if self.is_pivoted(cut):
+            return zero(self._ring), -cut.push.moment
+        return cut.twist.force, couple_of_inertia(cut)
 
     def _enter(
         self,
@@ -288,7 +300,7 @@ class Ledger:
         *,
         known: bool = False,
     ) -> Series:
-        """Enter force and couple, unless they are listed already, with displacement and work."""
+        """Enter force and couple that work, unless listed already, with displacement and work."""
         axes, works = cut.axes, [self._ring.number(0)]
         for letters, act, move, rows, labels in (
             (_FORCE, wrench.force, moved.force, axes.rows, axes.labels),
@@ -297,12 +309,14 @@ class Ledger:
             if not any(act):
                 continue
             act, move = along(rows, act), along(rows, move)
-            for label, size, shift in zip(labels, act, move, strict=True):
-                if size and not known:
-                    lines.append(Result(Left(join_words(letters.act, name, label)), size))
-                if size:
-                    lines.append(Result(Left(join_words(letters.move, name, label)), shift))
             works.append(tidy(dot(act, move)))
+            if not works[-1]:
+                continue
+            for label, size, shift in zip(labels, act, move, strict=True):
+                if size and shift and not known:
+                    lines.append(Result(Left(join_words(letters.act, name, label)), size))
+                if size and shift:
+                    lines.append(Result(Left(join_words(letters.move, name, label)), shift))
             lines.append(Result(Left(f"{letters.work}_{name}"), works[-1]))
         return self._ring.sum(works)
 
@@ -345,6 +359,7 @@ class VirtualWork:
         algebra, ring = self.algebra, self.algebra.ring
         stages = [stage for cut in self.balances.bodies for stage in self._body(cut)]
         ledger, displacements = self._ledger, self._displacements
+        spread = [cut.body for cut in self.balances.bodies if cut.inert and ledger.is_spread(cut)]
         inertia = [*ledger.inertia, *ledger.weights, *self._rotors()]
         M, h = mass_and_bias(algebra, [-c for c in displacements.coefficients(inertia)])
         loads = displacements.coefficients(ledger.loads)
@@ -361,7 +376,8 @@ class VirtualWork:
             Q=tuple(by_velocity(load, algebra.velocities) for load in loads),
             stages=(
                 *quaternion_stages(algebra),
-                *inertia_stages(self.cuts.kinematics),
+                *relation_stages(algebra),
+                *inertia_stages(self.cuts.kinematics, spread),
                 *stages,
                 *self._reactions(),
                 self._sum(whole, free=not ties),
@@ -401,7 +417,7 @@ class VirtualWork:
                 continue
             name = f"δπ{k + 1}"
             named.append(self.algebra.ring.unknown(name, Kind.VARIATION))
-            self._unknowns[name] = "independent virtual displacement: small and arbitrary"
+            self._unknowns[name] = INDEPENDENT
         results = []
         for i, name in enumerate(self._displacements.names):
             terms = [column[i] * delta for column, delta in zip(S, named, strict=True) if column[i]]
@@ -433,7 +449,8 @@ class VirtualWork:
             f"{enumerate_words(displacements.names)} {are} arbitrary, {coefficients} is zero."
             if free
             else "a virtual displacement that the constraints allow, inertia forces included, is "
-            "zero; the constraint forces between bodies do none."
+            "zero; the constraint forces between bodies do none. Listed is the part δW of each "
+            "coordinate's displacement."
         )
         results = []
         factors = displacements.coefficients([whole])
@@ -441,7 +458,8 @@ class VirtualWork:
             name = name_of(delta).removeprefix("δ")
             left = Left("δW", name, component=True)
             tidied = by_velocity(factor, self.algebra.velocities)
-            results.append(Result(left, tidied * delta, partial(distribute, tidied, delta)))
+            if tidied or single:
+                results.append(Result(left, tidied * delta, partial(distribute, tidied, delta)))
         return Stage(title, sentence, tuple(results))
 
     def _body(self, cut: Cut) -> Iterator[Stage]:
@@ -452,11 +470,12 @@ class VirtualWork:
         entries = self._ledger.enter(cut)
         if entries:
             taken = {name.replace("phi", "φ") for name in self._displacements.names}
-            move, turn = ("" if letter in taken else f" {letter}" for letter in ("δr", "δφ"))
+            index = " (with an index)"
+            move, turn = (f" {x}{index if x in taken else ''}" for x in ("δr", "δφ"))
             sentence = (
                 f"Each force F does work in the virtual displacement{move} of its point, each "
                 f"couple C in the virtual rotation{turn} of the body: δW is the sum of the "
-                "products of their components. Components that are not listed are zero."
+                "products of their components. Those that do no work are not listed."
                 f"{self._ledger.locate(cut)}"
             )
             yield Stage(f"Virtual work on {cut.body}", sentence, tuple(entries))
@@ -464,38 +483,37 @@ class VirtualWork:
     def _inertia_forces(self, cut: Cut) -> Stage:
         """Return the step with d'Alembert's inertia forces and their resultant."""
         body, axes = cut.body, cut.axes
-        spread = distribution_of(self.cuts, cut)
+        spread = distribution_of(self.cuts, cut) if self._ledger.is_spread(cut) else None
+        fixed = f"the fixed point {cut.joint.name}"
+        point = fixed if self._ledger.is_pivoted(cut) else "the center of mass"
         entries = self.algebra.mechanism.body(body).inertia
         as_particle = bool(cut.mass) and not any(map(self.algebra.series, entries))
         said = f"Every particle of {body} has the inertia force -a dm, opposite to its acceleration"
         if as_particle:
             said = (
-                f"Without moments of inertia, {body} has the inertia force of a particle, minus "
+                f"Without moments of inertia, {body} has the inertia force F of a particle, minus "
                 "its mass times the acceleration of its center of mass"
             )
         parts = [f"{said}.", axes.sentence]
         results = []
         if spread is not None:
-            self._unknowns[spread.coordinate] = "distance along a rod from its end [m]"
-            resultants = f"F_inertia_{body}"
-            if any(point is not None for point in spread.point):
-                resultants += f", which acts at the distance s_{body}, where it has their moment"
+            self._unknowns[spread.coordinate] = DISTANCE
             parts.append(
                 "On the rod they have the density f per length at the distance "
-                f"{spread.coordinate} from its end; each component integrates to {resultants}. "
-                "Reduced instead to the center of mass they are the same force, and beside it a "
-                "couple, minus the rate of the angular momentum about that center."
+                f"{spread.coordinate} from its end; each component integrates to F_inertia_{body}, "
+                f"which acts at the distance s_{body}, where it has their moment."
             )
             results += _list_spread_forces(spread, cut)
         else:
             F = -along(axes.rows, cut.push.force)
             results += list_components(f"F_inertia_{body}", axes.labels, F)
-        C = along(axes.turns, couple_of_inertia(cut))
+        couple = self._ledger.seat_of_inertia(cut)[1]
+        C = along(axes.turns, couple)
         if spread is None and not as_particle:
-            couple = "and a couple, minus the rate of the angular momentum about it"
+            beside = ", and a couple C, minus the rate of the angular momentum about that point"
             parts.append(
-                "Reduced to the center of mass they are one force, minus the mass times the "
-                f"acceleration of that center{f', {couple}' if any(C) else ''}."
+                f"Reduced to {point} they are one force F, minus the mass times the acceleration "
+                f"of the center of mass{beside if any(C) else ''}."
             )
         results += list_components(f"C_inertia_{body}", axes.turn_labels, C)
         if not results:
@@ -532,11 +550,11 @@ class VirtualWork:
         for cut in filter(self.balances.transmits, self.balances.bodies):
             reaction = self.balances.symbols[cut.body]
             work = tidy(reaction.power(self._against_parent(cut)))
-            lines.append(Result(Left(f"δW_R_{cut.joint.name}"), work))
+            lines += [Result(Left(f"δW_R_{cut.joint.name}"), work)] if work else []
         sentence = (
             "A reaction acts on the child, its opposite on the parent at the same point: together "
             "they do work only in the relative displacement of the two, and that the joint allows "
-            "only in directions in which it transmits nothing."
+            "only in directions in which it transmits nothing. The reactions do no work."
         )
         if balanced := self.balances.sum_guides():
             sentence += (
@@ -569,16 +587,14 @@ class VirtualWork:
 
 
 def _list_spread_forces(spread: Distribution, cut: Cut) -> list[Result]:
-    """List the density f, its resultant F and the point where that acts, by component."""
+    """List the density f and its resultant F by component, and the point where that acts."""
     results = []
-    for k, label in enumerate(cut.axes.labels):
-        if spread.density[k]:
-            results.append(Result(Left(f"f_{cut.body}_{label}"), spread.density[k]))
-            results.append(Result(Left(f"F_inertia_{cut.body}_{label}"), spread.resultant[k]))
-        point = spread.point[k]
-        if point is not None:
-            results.append(Result(Left(f"s_{cut.body}_{label}"), point))
-    return results
+    (point,) = {point for point in spread.point if point is not None}
+    for label, f, F in zip(cut.axes.labels, spread.density, spread.resultant, strict=True):
+        if f:
+            results.append(Result(Left(f"f_{cut.body}_{label}"), f))
+            results.append(Result(Left(f"F_inertia_{cut.body}_{label}"), F))
+    return [*results, Result(Left(f"s_{cut.body}"), point)]
 
 
 def _name_conditions(ties: Sequence[Tie]) -> str:
