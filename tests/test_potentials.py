@@ -407,3 +407,14 @@ def test_a_load_that_derives_from_a_potential_has_it(
 )
 def test_a_load_without_a_potential_has_none(components: tuple[object, object]) -> None:
     assert not stored_in_loads(loaded(*components))
+
+
+def test_a_potential_that_is_not_even_pushes_at_zero_too() -> None:
+    """V = sin x has the slope 1 there, where (∂V/∂x)/x, which pulls along lines, has no value."""
+    slide = mq.Prismatic("slide", "ground", "block", axis=(1.0, 0.0, 0.0), coordinate="x")
+    block = mq.Body("block", mq.particle(2.0))
+    wave = mq.Potential("wave", "slide", mq.sin(mq.coordinate("x")))
+    mechanism = mq.Mechanism("on a wave", (mq.Body("ground"), block), (slide,), (wave,))
+    assert mq.Reference(mechanism).acceleration([0.0]) == pytest.approx([-0.5], rel=1e-14)
+    assert mq.verify(mechanism).agrees
+    assert mq.simulate(mechanism, duration=1.0).audit().ok

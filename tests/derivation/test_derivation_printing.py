@@ -699,3 +699,19 @@ def test_a_law_of_time_is_printed_with_its_frequency() -> None:
     shaker = mq.JointForce("shaker", "slide", mq.sin(2 * mq.time()))
     shaken = replace(cart, forces=(*cart.forces, shaker))
     assert mq.derive(shaken).text().splitlines()[0].endswith("= F + sin(2 t)")
+
+
+def test_turns_about_measured_axes_leave_no_terms_of_rounding() -> None:
+    axis = np.array([0.3, -0.7, 0.4]) / np.linalg.norm([0.3, -0.7, 0.4])
+    pin = mq.Revolute("pin", "ground", "arm", axis=tuple(axis.tolist()), coordinate="q")
+    slide = mq.Prismatic("slide", "arm", "block", axis=(0.6, 0.0, 0.8), coordinate="s")
+    arm = mq.Body("arm", mq.Shape(1.1, (0.3, 0.2, 0.1), (0.2, 0.3, 0.4, 0.0, 0.0, 0.0)))
+    block = mq.Body("block", mq.Shape(0.7, (0.1, 0.0, 0.2), (0.1, 0.1, 0.1, 0.0, 0.0, 0.0)))
+    push = mq.JointForce("push", "pin", 2.0)
+    mechanism = mq.Mechanism("arm", (mq.Body("ground"), arm, block), (pin, slide), (push,))
+    assert mq.verify(mechanism).agrees
+    for method in ("lagrange", "newton_euler", "virtual_work"):
+        first = mq.derive(mechanism, method).text().splitlines()[0]
+        assert "e-" not in first, first
+        assert "sin(q)^2" not in first
+        assert "s^2" in first

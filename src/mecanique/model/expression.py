@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from fractions import Fraction
 from typing import Any, NoReturn, TypeAlias, final
 
 import numpy as np
@@ -177,13 +178,15 @@ def symbols_in(scalar: Scalar) -> frozenset[str]:
 
 
 def evaluate(
-    scalar: Scalar,
+    scalar: Scalar | Fraction,
     values: Mapping[str, Any],
     *,
     function: Callable[[str], Callable[..., Any]] | None = None,
     number: Callable[[Any], Any] = float,
 ) -> Any:
     """Evaluate a scalar in any arithmetic: floats, arrays, jets or series."""
+    if isinstance(scalar, Fraction):
+        return number(scalar)
     scalar = plain(scalar)
     if isinstance(scalar, float) or scalar.is_number:
         return number(scalar)

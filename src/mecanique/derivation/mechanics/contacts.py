@@ -18,6 +18,7 @@ from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.recursion import TreeRecursion, World
 from mecanique.derivation.mechanics.vectors import Triple, add, apply, dot, scale
 from mecanique.derivation.tolerances import OPPOSITE
+from mecanique.derivation.tree.poses import exact_direction
 from mecanique.model.constraints.contacts import Blade, Contact, Rolling
 from mecanique.model.constraints.velocity_constraints import VelocityConstraint
 from mecanique.model.mechanism import Mechanism
@@ -47,7 +48,7 @@ def touch(mechanism: Mechanism, contact: Contact, ground: Ground) -> Touch:
     crown, radius = ground.scalar(contact.crown), ground.scalar(contact.radius)
     if contact.axis is not None:
         # the rim's lowest point, opposite to the part of the normal across the wheel's axis
-        e = apply(turn, [ground.scalar(c) for c in contact.axis])
+        e = apply(turn, [ground.scalar(c) for c in exact_direction(contact.axis)])
         up = add(n, scale(-1.0 * dot(n, e), e))
         reach = add(scale(-1.0 * crown, n), ground.lengthen(up, crown - radius))
     elif contact.stretched:

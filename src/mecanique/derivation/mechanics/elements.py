@@ -10,10 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any, TypeAlias, final
 
 from mecanique.derivation.mechanics.vectors import Triple, add, apply, cross, dot, scale
-from mecanique.derivation.tree.poses import Arithmetic, Matrix, combination, origin, times_point
+from mecanique.derivation.tree.poses import (
+    Arithmetic,
+    Matrix,
+    combination,
+    exact_direction,
+    origin,
+    times_point,
+)
 from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.constraints.loops import CLOSED, Loop
@@ -52,7 +60,7 @@ class Ground:
     # returns the rotation of a body, three rows of three scalars
     turn: Callable[[str], Sequence[Sequence[Any]]]
     tilt: Callable[[Placement], Sequence[Sequence[Any]]]  # returns the rotation of a frame
-    scalar: Callable[[Scalar], Any]  # converts a scalar of the description
+    scalar: Callable[[Scalar | Fraction], Any]  # converts a scalar of the description
     root: Callable[[Any], Any]  # returns the square root of a squared distance
     # returns the cosine and the sine of an angle of the description
     wave: Callable[[Scalar], tuple[Any, Any]]
@@ -79,7 +87,7 @@ def ground_of(
 ) -> Ground:
     """Return the poses of bodies in some arithmetic."""
 
-    def number(scalar: Scalar) -> Any:
+    def number(scalar: Scalar | Fraction) -> Any:
         return arithmetic(scalar, values)
 
     def wave(angle: Scalar) -> tuple[Any, Any]:
@@ -193,7 +201,8 @@ def _act_bevel(
 
 
 def _find_direction(ground: Ground, body: str, axis: Sequence[float]) -> Three:
-    return [ground.scalar(0.0) + combination(line[:3], axis) for line in ground.turn(body)]
+    n = [ground.scalar(component) for component in exact_direction(axis)]
+    return [ground.scalar(0.0) + combination(line[:3], n) for line in ground.turn(body)]
 
 
 def _reject(d: Three, e: Three) -> Triple:

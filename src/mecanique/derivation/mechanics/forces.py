@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cached_property, partial
 from typing import Any, Protocol, final
 
@@ -21,6 +22,7 @@ from mecanique.derivation.mechanics.vectors import (
     scale,
     times_point,
 )
+from mecanique.derivation.tree.poses import exact_direction
 from mecanique.errors import DerivationError
 from mecanique.model.expression import DISTANCE, POSITION, Scalar
 from mecanique.model.force_base import AnyForce, BodyLoad, FieldLoad, JointLoad, LineLoad
@@ -124,14 +126,14 @@ class Bodies(Protocol):
         """Convert a scalar of the description; values of more letters may be given."""
 
     def components(
-        self, given: Sequence[Scalar], values: Mapping[str, Any] | None = None
+        self, given: Sequence[Scalar | Fraction], values: Mapping[str, Any] | None = None
     ) -> Triple:
         """Convert components of the description; values of more letters may be given."""
 
     def point(self, body: str, place: Sequence[Scalar]) -> Triple:
         """Return a point of a body in the world."""
 
-    def in_world(self, components: Sequence[Scalar], axes: str) -> Triple:
+    def in_world(self, components: Sequence[Scalar | Fraction], axes: str) -> Triple:
         """Return a vector, given in the axes of a body or the "world", in the world's."""
 
     def span(self, force: LineLoad) -> Span:
@@ -198,7 +200,8 @@ def _twist(force: JointLoad, name: str, bodies: Bodies) -> list[AppliedWrench]:
     joint = bodies.mechanism.joint(name)
     if not isinstance(joint, Single):
         raise DerivationError(f"force {force.name!r} acts in a joint of several coordinates")
-    along_axis = scale(_push(force, name, bodies), bodies.in_world(joint.axis, joint.child))
+    axis = bodies.in_world(exact_direction(joint.axis), joint.child)
+    along_axis = scale(_push(force, name, bodies), axis)
     pair = (NOTHING, along_axis) if joint.turns else (along_axis, NOTHING)
     origin = bodies.point(joint.child, (0.0, 0.0, 0.0))
     one = AppliedWrench(force.name, force.kind, joint.child, origin, *pair)
@@ -290,7 +293,7 @@ class Forces:
         return self._letters.number(scalar, {**r, **given} if given else r)
 
     def components(
-        self, given: Sequence[Scalar], values: Mapping[str, Any] | None = None
+        self, given: Sequence[Scalar | Fraction], values: Mapping[str, Any] | None = None
     ) -> Triple:
         """Convert components of the description; values of more letters may be given."""
         return self._letters.vector([self.number(c, values) for c in given])
@@ -299,7 +302,7 @@ class Forces:
         """Return a point of a body in the world."""
         return times_point(self._recursion.pose(body), self.components(place))
 
-    def in_world(self, components: Sequence[Scalar], axes: str) -> Triple:
+    def in_world(self, components: Sequence[Scalar | Fraction], axes: str) -> Triple:
         """Return a vector, given in the axes of a body or the "world", in the world's."""
         vector = self.components(components)
         return vector if axes == "world" else apply(self._recursion.pose(axes), vector)

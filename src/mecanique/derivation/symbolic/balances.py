@@ -45,7 +45,7 @@ from mecanique.derivation.symbolic.vectors import (
 )
 from mecanique.derivation.tolerances import RANK
 from mecanique.derivation.tree.links import Link
-from mecanique.derivation.tree.poses import combination
+from mecanique.derivation.tree.poses import combination, exact_direction
 from mecanique.model.constraint_base import Strung
 from mecanique.model.constraints.elements import preloads
 from mecanique.model.constraints.gears import Gear, Rack
@@ -112,7 +112,7 @@ def _find_axial(cuts: Cuts, place: int, body: str) -> JointRate:
     """Return the joint velocity of a hinge or a slide."""
     algebra, link = cuts.algebra, cuts.kinematics.tree[place]
     r = algebra.lift(algebra.values[link.coordinates[0]])
-    axis = [algebra.arithmetic(component, {}) for component in link.axis]
+    axis = [algebra.arithmetic(component, {}) for component in exact_direction(link.axis)]
     turn = cuts.kinematics.turn(place)
     inertia = algebra.series(link.armature)
     return JointRate(

@@ -32,6 +32,7 @@ from mecanique.derivation.tree.poses import (
     Arithmetic,
     Matrix,
     combination,
+    exact_direction,
     poses,
     times_point,
     transpose,
@@ -173,7 +174,7 @@ def _find_pivot(kinematics: Kinematics, body: str) -> int:
     place, algebra = kinematics.place[body], kinematics.algebra
     at = [*map(algebra.series, algebra.mechanism.body(body).center)]
     while place >= 0 and (link := kinematics.tree[place]).kind in ("turn", "ball"):
-        axis = lift(algebra.ring, link.axis)
+        axis = lift(algebra.ring, exact_direction(link.axis))
         across = at if link.kind == "ball" else cross(axis, lift(algebra.ring, at))
         if any(map(tidy, across)):
             break

@@ -7,6 +7,7 @@ joint that leads to it from the ground; in the axes of that body no quaternion a
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from fractions import Fraction
 from functools import cached_property
 from typing import Any, final
 
@@ -143,7 +144,7 @@ class Kinematics:
         """Return the velocity of a body's origin and its spin, in its carrier's axes."""
         return SymbolicWrench(self.velocity(body), self.spin(body))
 
-    def vector(self, components: Sequence[Scalar], axes: str, body: str) -> Vector:
+    def vector(self, components: Sequence[Scalar | Fraction], axes: str, body: str) -> Vector:
         """Return a vector, given in the axes of a body or the "world", in a body's carrier's."""
         given = self.components(components)
         at = -1 if axes == "world" else self.place[axes]
@@ -169,7 +170,7 @@ class Kinematics:
         """Return a scalar of the description as a series; values of more letters may be given."""
         return self.algebra.series(scalar, given)
 
-    def in_world(self, components: Sequence[Scalar], axes: str) -> Vector:
+    def in_world(self, components: Sequence[Scalar | Fraction], axes: str) -> Vector:
         """Return a vector, given in the axes of a body or the "world", in the world's."""
         return self.vector(components, axes, self.mechanism.ground)
 

@@ -64,8 +64,10 @@ class Arithmetic:
     # converts a constant (a float or a sympy number) into the scalar
     number: Callable[[Any], Any] = float
 
-    def __call__(self, scalar: Scalar, values: Mapping[str, Any]) -> Any:
+    def __call__(self, scalar: Scalar | Fraction, values: Mapping[str, Any]) -> Any:
         """Evaluate a scalar of the description; whole numbers 0, 1 and −1 stay plain."""
+        if isinstance(scalar, Fraction):
+            return self.number(scalar)
         scalar = plain(scalar)
         if isinstance(scalar, float) and scalar in (0.0, 1.0, -1.0):
             return int(scalar)
@@ -114,7 +116,7 @@ def exact_rotation(placement: Placement) -> Matrix | None:
     # t = tan(θ/2) the point ((1 − t²), 2t)/(1 + t²) lies on the unit circle exactly.
     if not all(isinstance(angle, float) for angle in placement.rpy):
         return None
-    if all(_has_known_roots(float(angle)) for angle in placement.rpy):
+    if all(_is_known(min(np.cos(angle) ** 2, np.sin(angle) ** 2)) for angle in placement.rpy):
         return None
     (cr, sr), (cp, sp), (cy, sy) = (_on_circle(float(angle)) for angle in placement.rpy)
     return [
@@ -124,8 +126,22 @@ def exact_rotation(placement: Placement) -> Matrix | None:
     ]
 
 
-def _has_known_roots(angle: float) -> bool:
-    square = min(np.cos(angle) ** 2, np.sin(angle) ** 2)
+def exact_direction(axis: Sequence[float]) -> Sequence[float | Fraction]:
+    """Return a unit vector in fractions of length one exactly; one with known roots as it is."""
+    if all(_is_known(component**2) for component in axis):
+        return axis
+    # a fraction's stereographic projection, here from far behind, lies on the unit sphere exactly
+    front = int(np.argmax(np.abs(axis)))
+    plane = [Fraction(float(c / (1 + abs(axis[front])))) for c in axis]
+    plane[front] = Fraction(0)
+    below = 1 + sum((c * c for c in plane), Fraction(0))
+    exact = [2 * c / below for c in plane]
+    exact[front] = (2 / below - 1) * (1 if axis[front] > 0 else -1)
+    return exact
+
+
+def _is_known(square: float) -> bool:
+    """Return whether a number, by its square, is taken for zero or the root of a fraction."""
     root = float(Fraction(square).limit_denominator(1000))
     return square < WHOLE**2 or bool(abs(root - square) <= 2e-15 * square)
 
@@ -164,8 +180,8 @@ def local(link: Link, values: Mapping[str, Any], arithmetic: Arithmetic) -> Matr
         return turn_by(link.axis, *arithmetic.sine_cosine(values[link.coordinates[0]]), arithmetic)
     if link.kind == "slide":
         x = values[link.coordinates[0]]
-        pairs = zip(IDENTITY, link.axis, strict=True)
-        return [[*row[:3], times(arithmetic(c, {}), x)] for row, c in pairs]
+        pairs = zip(IDENTITY, _components(link.axis, arithmetic), strict=True)
+        return [[*row[:3], times(c, x)] for row, c in pairs]
     if link.kind in ("ball", "free"):
         *position, x, y, z, w = (values[name] for name in link.coordinates)
         turn = quaternion_rotation(x, y, z, w)
@@ -226,12 +242,17 @@ def combination(factors: Iterable[Any], terms: Iterable[Any]) -> Any:
     return total
 
 
+def _components(axis: Sequence[float], arithmetic: Arithmetic) -> list[Any]:
+    """Return the components of a unit vector, exact unless they are floats."""
+    exact = axis if arithmetic.number is float else exact_direction(axis)
+    return [arithmetic(component, {}) for component in exact]
+
+
 def turn_by(
     axis: tuple[float, float, float], sine: Any, cosine: Any, arithmetic: Arithmetic
 ) -> Matrix:
     """Return a turn about a unit axis, given its sine and cosine; linear in both."""
-    x, y, z = (arithmetic(component, {}) for component in axis)
-    n = (x, y, z)
+    n = x, y, z = _components(axis, arithmetic)
     cross = ((0, -z, y), (z, 0, -x), (-y, x, 0))
     rows: Matrix = []
     for i in range(3):

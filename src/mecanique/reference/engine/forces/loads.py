@@ -74,7 +74,7 @@ _ZERO: Triple = (0.0, 0.0, 0.0)
 
 @final
 class _Field:
-    """A potential V(q, t), its slopes ∂V/∂q and, where V is even in the first q, (∂V/∂q)/q."""
+    """A potential V(q, t), its slopes ∂V/∂q and, of a distance r alone, its tension (∂V/∂r)/r."""
 
     def __init__(self, mechanism: Mechanism, potential: Scalar, names: Sequence[str]) -> None:
         import sympy
@@ -84,21 +84,22 @@ class _Field:
         V = sympy.sympify(potential).subs(real)
         x = real[sympy.Symbol(names[0])]
         self.even = sympy.expand(V - V.subs(x, -x)) == 0
-        per_x = sympy.cancel(V.diff(x) / x) if self.even else V.diff(x) / x
+        slopes = [*map(V.diff, real.values())]
+        if names == (DISTANCE,):
+            slopes.append(sympy.cancel(slopes[0] / x) if self.even else slopes[0] / x)
         back = {symbol: name for name, symbol in real.items()}
-        slopes = [part.xreplace(back) for part in (per_x, *map(V.diff, real.values()))]
         letters = (*names, "t", *mechanism.values)
         self._values = tuple(mechanism.values.values())
-        self._slopes = compile_scalars(slopes, letters)
+        self._slopes = compile_scalars([part.xreplace(back) for part in slopes], letters)
         self._energy = compile_scalars([V.xreplace(back)], letters)
 
     def slopes(self, *at: float) -> tuple[float, ...]:
         """Return ∂V/∂q at q and t."""
-        return self._slopes(*at, *self._values)[1:]
+        return self._slopes(*at, *self._values)
 
     def tension(self, x: float, t: float) -> float:
         """Return (∂V/∂x)/x of a distance x."""
-        return self._slopes(x, t, *self._values)[0]
+        return self._slopes(x, t, *self._values)[-1]
 
     def energy(self, *at: float) -> float:
         """Return V at q and t [J]."""
