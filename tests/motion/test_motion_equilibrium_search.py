@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import mecanique as mq
+from mecanique.model.expression import Scalar
 from mecanique.motion.linear import equilibria
 
 
@@ -156,3 +157,27 @@ def test_a_family_along_a_curve_is_one() -> None:
     low, high = mq.equilibria(upright, [{"x": 0.5, "z": 0.1}, {"x": 0.3, "z": -0.4}, {"z": 0.5}])
     assert (low.family, high.family) == ((), ())
     assert low.linearization.frequencies == pytest.approx([(9.81 / 0.5) ** 0.5], rel=1e-9)
+
+
+def tied_blocks(rate: Scalar) -> mq.Mechanism:
+    """Three blocks on springs with (1 + sin z) x' + y' equal to a rate."""
+    names = ("x", "y", "z")
+    slides = tuple(
+        mq.Prismatic(name, "ground", f"block {name}", axis=(1.0, 0.0, 0.0), coordinate=name)
+        for name in names
+    )
+    row = (("x", 1.0 + mq.sin(mq.coordinate("z"))), ("y", 1.0))
+    return mq.Mechanism(
+        "tied blocks",
+        (mq.Body("ground"), *(mq.Body(f"block {k}", mq.particle(1.0)) for k in names)),
+        slides,
+        tuple(mq.JointSpring(f"spring {k}", k, 5.0) for k in names),
+        velocity_constraints=(mq.VelocityConstraint("tie", row, rate),),
+    )
+
+
+def test_what_a_constraint_moves_does_not_rest() -> None:
+    """A rate 0.2 sin(t) is zero at t = 0 but accelerates the blocks; 0.2 cos(t) moves them."""
+    assert mq.equilibria(tied_blocks(0.0), 5)
+    assert not mq.equilibria(tied_blocks(0.2 * mq.sin(mq.time())), 5)
+    assert not mq.equilibria(tied_blocks(0.2 * mq.cos(mq.time())), 5)

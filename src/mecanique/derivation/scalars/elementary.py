@@ -50,7 +50,7 @@ def _circular(series: Series, parity: int) -> Series:
     ring = series.ring
     if series.parts.keys() - {0}:
         raise DerivationError(
-            f"expected an integer combination of angles in sin or cos, got {series}; "
+            "expected an integer combination of angles in sin or cos, got sines or cosines in it; "
             "use the numeric derivation"
         )
     angle, twelfths = 0, 0

@@ -22,6 +22,7 @@ from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.simulation.problem import Values
 from mecanique.motion.tolerances import (
+    ACCELERATES,
     AT_REST,
     AT_REST_ON_LOOPS,
     FLAT_SLOPE,
@@ -364,11 +365,18 @@ def equilibrium_near(reference: Reference, start: np.ndarray, t: float) -> np.nd
     if not reference.mechanism.nv:
         return start
     try:
-        if reference.closed is not None:
-            return _on_loops(reference, reference.closed, start, t)
-        return _of_tree(reference, start, t)
+        if reference.closed is None:
+            return _of_tree(reference, start, t)
+        q = _on_loops(reference, reference.closed, start, t)
+        return None if q is None or _is_driven(reference, q, t) else q
     except (MecaniqueError, np.linalg.LinAlgError):
         return None  # e.g. a spring of no length, or loops that cannot be closed on the way
+
+
+def _is_driven(reference: Reference, q: Array, t: float) -> bool:
+    """Return whether constraints that depend on time move what is at rest."""
+    moving = np.append(reference.constraint_bias(q, None, t), reference.drift(q, None, t)[1])
+    return bool(np.abs(moving).max() > ACCELERATES)
 
 
 def _of_tree(reference: Reference, start: np.ndarray, t: float) -> np.ndarray | None:
