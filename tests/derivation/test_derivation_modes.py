@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
+from sides import make_sled
 
 import mecanique as mq
 from mecanique.derivation.mechanics.switching import OPEN, SLIPS, STICKS, ElementState, Mode
@@ -302,6 +303,29 @@ def on_a_slide(
         gravity=(0, 0, 0),
         switching=(element,),
     )
+
+
+def test_modes_say_between_which_ends_of_a_side_they_hold() -> None:
+    """In letters: |x + b/2 + L/2| ≤ L/2 for the block's corner, |x| ≤ b/2 for the table's."""
+    b, L, g = (mq.Parameter(*given) for given in (("b", 0.4, "m"), ("L", 2.0, "m"), ("g", 9.81)))
+    sled = make_sled(0.4)
+    front, lip = sled.switching
+    assert isinstance(front, mq.Contact)
+    assert isinstance(lip, mq.Contact)
+    top = mq.Placement((-L / 2, 0, 0))
+    corners = (
+        replace(front, center=(b / 2, 0, 0), plane=top, length=L),
+        replace(lip, length=b),
+    )
+    letters = replace(sled, parameters=(b, L, g), gravity=(0, 0, -g), switching=corners)
+    modes = mq.derive_modes(letters)
+    assert modes["closed", "open"].conditions == (
+        "while |(b + L + 2 x)/2| ≤ L/2",
+        "while g ≥ 0",
+        "while lip is apart, or beyond an end of its side",
+    )
+    assert "while |x| ≤ b/2" in modes["open", "closed"].conditions
+    assert mq.verify(letters, samples=5).agrees
 
 
 @pytest.mark.parametrize(

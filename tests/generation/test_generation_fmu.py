@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sides import make_sled
 
 import mecanique as mq
 from mecanique.generation import dop853
@@ -283,6 +284,36 @@ def test_what_switches_moves_through_its_corners(
         for element, state in motion.modes[-1].states.items():
             code = {"open": 0, "closed": 1, "sticks": 1, "slips +": 2, "slips -": 3}[state]
             assert found[f"state[{element}]"][-1] == code
+
+
+def test_a_model_s_sled_falls_when_its_end_passes_the_edge(tmp_path: Path) -> None:
+    q, v, duration = {"x": -0.5}, {"x": 2.0}, 0.8
+    modes = mq.derive_modes(make_sled(0.4))
+    path = mq.generate(modes, "fmu", q=q, v=v, samples=4).write(tmp_path)[0]
+    for kind, most in (("CoSimulation", 1e-12), ("ModelExchange", 1e-7)):
+        found = fmpy.simulate_fmu(
+            str(path),
+            fmi_type=kind,
+            stop_time=duration,
+            output_interval=duration / 40,
+            relative_tolerance=1e-10,
+        )
+        falls = np.maximum(found["time"] - 0.35, 0.0)
+        assert np.abs(found["z"] + 9.81 / 2 * falls**2).max() < most
+        assert {*found["state[front]"]} == {*found["state[lip]"]} == {0, 1}
+
+
+def test_a_model_says_what_comes_in_below_a_side(tmp_path: Path) -> None:
+    sled, log = make_sled(0.4), list[str]()
+    sled = replace(sled, switching=sled.switching[:1])
+    modes, start = mq.derive_modes(sled), {"x": 0.0, "z": -0.1}
+    path = mq.generate(modes, "fmu", q=start, v={"x": -1.0}, samples=4).write(tmp_path)[0]
+    with pytest.raises(FMICallException):
+        fmpy.simulate_fmu(
+            str(path), stop_time=0.3, logger=lambda *said: log.append(said[-1].decode())
+        )
+    # its front corner is 0.2 m ahead and falls 0.2 g/2 m meanwhile
+    assert log[0].startswith("front comes in from beyond an end of its side, below it, at t = 0.2")
 
 
 def test_a_bouncing_ball_rests_in_co_simulation_when_its_sum_ends(

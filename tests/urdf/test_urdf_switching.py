@@ -33,6 +33,7 @@ BALL = mq.Mechanism(
         mq.Contact("floor", "ball", radius=0.1, mu=0.3, restitution=0.8, law="poisson"),
         mq.Contact("bowl", "ball", (0, 0, 0.1), bowl=2.0, in_turn=True),
         mq.Contact("rim", "ball", radius=0.05, axis=(0, 1, 0), plane=mq.Placement((0, 0, -1))),
+        mq.Contact("side", "ball", radius=0.1, length=3.0),
     ),
 )
 

@@ -235,6 +235,35 @@ def test_rates_of_a_driven_joint_are_those_of_its_formula_on_both_sides() -> Non
     np.testing.assert_allclose(measured, np.stack(columns, axis=1), rtol=1e-11, atol=1e-14)
 
 
+def test_the_place_along_a_side_is_the_same_on_both_sides_of_the_wall() -> None:
+    """Of a wheel on a tilted side of a body that turns; (a² − s²)/(2 a) at s, with a = 0.35."""
+    side = mq.Placement((0.1, 0, 0.2), (0, 0.3, 0))
+    wheel = mq.Contact("rim", "b", (0, 0, 0.1), 0.05, (0, 1, 0), "a", side, length=0.7)
+    bodies = (
+        mq.Body("ground"),
+        mq.Body("a", mq.box(1.0, (0.3, 0.2, 0.1))),
+        mq.Body("b", mq.ball(1.0, 0.1)),
+    )
+    joints = (
+        mq.Revolute("turn", "ground", "a", axis=(0, -1, 0)),
+        mq.Planar("plane", "ground", "b", axis=(0, -1, 0), names=("x", "z", "th")),
+    )
+    pair = mq.Mechanism("pair", bodies, joints, switching=(wheel,))
+    states = random_states(replace(pair, switching=()), 7, 0)
+    *_, inside = modes.measure_elements(pair, states).T
+    turn, x, z, th = states.q.T
+    tilt = turn - 0.3
+    at = np.array([x - 0.1 * np.sin(th), z + 0.1 * np.cos(th)])
+    at -= np.array(
+        [0.1 * np.cos(turn) - 0.2 * np.sin(turn), 0.1 * np.sin(turn) + 0.2 * np.cos(turn)]
+    )
+    foot = at[0] * np.cos(tilt) + at[1] * np.sin(tilt)
+    np.testing.assert_allclose(inside, (0.35**2 - foot**2) / 0.7, rtol=0, atol=1e-13)
+    code = mq.generate(mq.derive_modes(pair), "python", samples=4)
+    assert code.verdict is not None
+    assert code.verdict.worst["elements"] < 1e-13
+
+
 def thrown(e: float) -> mq.Mechanism:
     """A particle in a plane above a rough floor, with another contact far to the side."""
     bodies = mq.Body("ground"), mq.Body("carriage"), mq.Body("body", mq.particle(1.3))

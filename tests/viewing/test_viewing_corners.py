@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sides import make_ball, make_block, make_sled, move_in_plane
 from viewing_browser import Visit
 from viewing_engines import SCRIPTS, engine_of, needs_node, run
 
@@ -157,6 +158,44 @@ def test_a_page_computes_motions_with_corners_as_python_does(tmp_path: Path) -> 
         for column, name in zip(states.T[width:], names, strict=True):
             taken = lost.get(name, np.zeros(len(times)))
             np.testing.assert_allclose(column, taken, rtol=1e-8, atol=1e-9 * size, err_msg=name)
+
+
+SIDES: dict[str, tuple[mq.Mechanism, dict[str, float], dict[str, float], float]] = {
+    "sled": (make_sled(0.4), {"x": -0.5}, {"x": 2.0}, 0.8),
+    "block": (make_block(0.4, 0.2, 0.0), {"x": -0.5, "z": 0.1}, {"x": 2.0}, 0.6),
+    "ball": (make_ball(0.1, 0.0), {"x": -0.1, "z": 0.1}, {"x": 0.3}, 1.2),
+}
+
+
+@needs_node
+@pytest.mark.parametrize("name", SIDES)
+def test_a_page_computes_what_leaves_a_side_as_python_does(name: str, tmp_path: Path) -> None:
+    mechanism, q, v, duration = SIDES[name]
+    motion = mq.simulate(mechanism, q=q, v=v, duration=duration, rtol=1e-11)
+    assert motion.modes[-1].states == dict.fromkeys(motion.modes[-1].states, "open")
+    times = (duration * np.array([0.1, 0.3, 0.5, 0.7, 0.9, 1.0])).tolist()
+    task = {"engine": asdict(engine_of(motion)), "rtol": 1e-11, "times": times}
+    (computed,) = run([task], tmp_path)
+    assert computed["stopped"] == ""
+    known = motion(times)
+    expected = np.hstack([known.q, known.v])
+    states = np.array(computed["states"])[:, : expected.shape[1]]
+    np.testing.assert_allclose(states, expected, rtol=0, atol=1e-9)
+
+
+@needs_node
+def test_a_page_stops_where_something_comes_in_below_a_side(tmp_path: Path) -> None:
+    top = make_ball(0.1, 0.0).switching[:1]
+    motion = mq.simulate(
+        move_in_plane(mq.ball(1.0, 0.1), *top),
+        q={"x": 0.1, "z": -0.5},
+        v={"x": -1.0},
+        duration=0.05,
+    )
+    engine = asdict(engine_of(motion)) | {"duration": 0.3}
+    task = {"engine": engine, "rtol": 1e-11, "times": [0.05, 0.2]}
+    (computed,) = run([task], tmp_path)
+    assert computed["stopped"] == "where top comes in from beyond an end of its side, below it"
 
 
 @needs_node

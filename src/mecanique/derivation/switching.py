@@ -223,6 +223,7 @@ class _Row(NamedTuple):
     rate: Any  # J v, less what a rate of slip lacks, and with what moves by itself
     second: Any  # its rate, J a + γ
     gap: Any  # zero of one that rubs
+    foot: Any = None  # of a contact, the place along its side
 
 
 class _ElementForces(NamedTuple):
@@ -383,13 +384,16 @@ def _list_forces(mechanism: Mechanism, derivation: Derivation) -> Iterator[_Elem
     algebra, ring = derivation.algebra, derivation.algebra.ring
     ties = {tie.name: tie for tie in derivation.ties}
 
-    def state(letter: str, element: Switching, rate: Series, gap: Series) -> _Row:
+    def state(
+        letter: str, element: Switching, rate: Series, gap: Series, foot: Series | None = None
+    ) -> _Row:
         return _Row(
             symbol=Symbol(force_symbol(letter, element.name)),
             slopes=[to_sympy(slope) for slope in ring.partials(rate)],
             rate=to_sympy(rate),
             second=to_sympy(rate.ddt()),
             gap=to_sympy(gap),
+            foot=None if foot is None else to_sympy(foot),
         )
 
     zero = ring.number(0)
@@ -406,7 +410,8 @@ def _list_forces(mechanism: Mechanism, derivation: Derivation) -> Iterator[_Elem
             for letter, tie in zip(list_letters(element), met.values(), strict=False):
                 demand = zero if tie is None else tie.demand
                 gap = letter == "N"
-                rows[letter] = state(letter, element, demand.ddt() if gap else demand, demand)
+                rate, foot = demand.ddt() if gap else demand, None if tie is None else tie.foot
+                rows[letter] = state(letter, element, rate, demand, foot)
         for stated in element.joint_rows:
             place = algebra.series(place_of(mechanism, stated))
             rate = place.ddt() - algebra.series(stated.speed)
@@ -546,9 +551,13 @@ def _list_conditions(
 ) -> Iterator[ModeCondition]:
     """Yield when an element is in a state."""
     element, normal, tangent = forces
+    ends = isinstance(element, Contact) and element.ends
     if state == OPEN:
-        yield ModeCondition(f"while {element.name} is apart")
+        beyond = ", or beyond an end of its side" if ends else ""
+        yield ModeCondition(f"while {element.name} is apart{beyond}")
         return
+    if ends and normal is not None and normal.foot is not None:
+        yield ModeCondition("while", _drop_sign(normal.foot), "≤", element.length / 2, sized=True)
     if normal is not None and normal.symbol in solution:
         pressed = solution[normal.symbol]
         if pressed.is_number and pressed < 0:
@@ -574,10 +583,13 @@ def _list_conditions(
         if load == 0:
             yield ModeCondition("sticks if", needed, "=", 0)
             return
-        ratio = _shorten(needed / load)
-        if ratio.could_extract_minus_sign():
-            ratio = -ratio
+        ratio = _drop_sign(_shorten(needed / load))
         yield ModeCondition("sticks if", ratio, "≤", limit, sized=True)
+
+
+def _drop_sign(value: Any) -> Any:
+    """Return a formula whose absolute value is meant without a minus in front."""
+    return -value if value.could_extract_minus_sign() else value
 
 
 def _place_letters(mechanism: Mechanism) -> dict[str, tuple[float, float]]:

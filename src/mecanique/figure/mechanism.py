@@ -239,10 +239,15 @@ def _planes(setting: Setting) -> Iterator[Mark]:
     mechanism, camera = setting.mechanism, setting.camera
     if any(solid.body == mechanism.ground for solid in setting.solids):
         return
-    lines = list[tuple[Point, Point]]()
+    lines, halves = list[tuple[Point, Point]](), list[float]()
     for contact in (*mechanism.contacts, *setting.switching):
         if not isinstance(contact, PressingContact | Contact):
             continue
+        half = math.inf
+        if isinstance(contact, Contact) and contact.ends:
+            if any(solid.body == contact.on for solid in setting.solids):
+                continue  # its outline shows the side
+            half = mechanism.evaluate(contact.length) / 2 * camera.scale
         plane = setting.frame(contact.on, contact.plane)
         if not camera.flat:
             if is_zero(contact.bowl) and all(s.body != contact.on for s in setting.solids):
@@ -253,11 +258,13 @@ def _planes(setting: Setting) -> Iterator[Mark]:
         known = any(abs(n @ normal) > 0.999 and abs((at - o) @ n) < 1.0 for o, n in lines)
         if is_zero(contact.bowl) and math.hypot(*normal) > 0.99 and not known:
             lines.append((at, unit(normal)))
+            halves.append(half)
     spots = np.concatenate([setting.paper(body.name) for body in mechanism.bodies])
-    for at, out in lines:
+    for (at, out), half in zip(lines, halves, strict=True):
         along = across(out)
         spans = (spots - at) @ along
-        low, high = float(spans.min()) - PLANE_MARGIN, float(spans.max()) + PLANE_MARGIN
+        low = max(float(spans.min()) - PLANE_MARGIN, -half)
+        high = min(float(spans.max()) + PLANE_MARGIN, half)
         for other, normal in lines:  # a floor ends at a wall
             rise, reach = float(along @ normal), float((at - other) @ normal)
             if rise > 0.1:

@@ -225,12 +225,16 @@ def _list_corners(mechanism: Mechanism, equations: SwitchingEquations) -> Switch
 
 def _write_elements(equations: SwitchingEquations) -> Answer:
     terms, values, words = equations.terms, list[Any](), list[str]()
-    for element in equations.elements:
+    assert terms.inside is not None, "terms of a state"
+    for element, inside in zip(equations.elements, terms.inside, strict=True):
         for row in element.rows:
             values += [terms.gaps[row]] if row == element.normal else []
             values.append(terms.rates[row])
             pressing = (f"gap of {element.name}", "its rate")
             words += pressing if row == element.normal else [f"slip of {element.name}"]
+        if element.length is not None:
+            values.append(inside)
+            words.append(f"how far {element.name} is inside the ends of its side")
     quantity = Output("elements", "s", ("t", "q", "v"), ", ".join(words))
     return Answer(quantity, tuple(values_of(values)), (len(values),))
 

@@ -32,6 +32,7 @@ from mecanique.derivation.mechanics.switching import (
     accelerate,
     bounce,
     close_contacts,
+    find_inside,
     hold,
     list_elements,
     name_mode,
@@ -50,6 +51,7 @@ from mecanique.model.states import States
 from mecanique.reference import Reference
 from mecanique.reference.engine.package import engine_name
 from mecanique.reference.loops.closed import load_once
+from mecanique.reference.loops.contacts import LoopClosure
 from mecanique.verification.rows import IMPACT_MOMENTUM, OF_ELEMENTS, rows_of
 from mecanique.verification.states import random_states
 from mecanique.verification.verdict import SOLVED_ALIKE, Row, Verdict, conclude
@@ -119,13 +121,18 @@ def solve_mode(
 
 
 def measure_elements(mechanism: Mechanism, states: States) -> Array:
-    """Return gap and rate of each normal force, and the slip of each friction, by the engine."""
+    """Return gap and rate of each normal force, and the slip of each friction, by the engine.
+
+    Of a side with ends, how far inside them it is touched, too.
+    """
     bench = _Bench(mechanism, states, SOLVED_ALIKE)
     terms, columns = bench.theirs, list[Array]()
-    for element in bench.elements:
+    assert terms.inside is not None, "terms of states"
+    for element, inside in zip(bench.elements, terms.inside.T, strict=True):
         for row in element.rows:
             columns += [terms.gaps[:, row]] if row == element.normal else []
             columns.append(terms.rates[:, row])
+        columns += [] if element.length is None else [inside]
     return np.column_stack(columns)
 
 
@@ -150,6 +157,7 @@ class _Bench:
         self._whole = close_contacts(mechanism)
         engine = Reference.of(self.base)
         q, v, t = states.q, states.v, states.t
+        self._feet: dict[str, Array] = {}
         contacts = self._ask_contacts()
         self._names = list(contacts)
         self.theirs = self._collect(
@@ -162,6 +170,9 @@ class _Bench:
         self.elements = list_elements(
             mechanism, self._names, mechanism.evaluate, np.flatnonzero(largest <= IDLE).tolist()
         )
+        inside = find_inside(self.elements, self._feet)
+        columns = [np.broadcast_to(column, len(states)) for column in inside]
+        self.theirs = self.theirs._replace(inside=np.column_stack(columns))
         self._order = [row for element in self.elements for row in element.rows]
 
     @cached_property
@@ -225,8 +236,12 @@ class _Bench:
             return {}
         _, closed = load_once(self._whole)
         assert closed is not None, "contacts are closed"
-        moments = zip(self.states.q, self.states.v, self.states.t.tolist(), strict=True)
-        at = [closed.closures.at(*moment) for moment in moments]
+        at, feet = list[LoopClosure](), list[Array]()
+        for moment in zip(self.states.q, self.states.v, self.states.t.tolist(), strict=True):
+            at.append(closed.closures.at(*moment))
+            feet.append(closed.closures.contacts.feet.copy())
+        touching = (contact.name for contact in self._whole.contacts)
+        self._feet = dict(zip(touching, np.transpose(feet), strict=True))
         parts = ([c.jacobian for c in at], [c.gamma for c in at], [c.drift for c in at])
         rows = (*parts, [c.residual for c in at])
         jacobian, gamma, drift, gap = (np.swapaxes(part, 0, 1) for part in rows)

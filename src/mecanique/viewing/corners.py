@@ -7,6 +7,7 @@ that end a mode and those by which it is one that may follow; the page compares 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import product
 from math import prod
 from typing import Any, final
@@ -30,7 +31,7 @@ from mecanique.derivation.mechanics.switching import (
 )
 from mecanique.derivation.mechanics.vectors import Triple, add, cross, scale
 from mecanique.derivation.tolerances import SWITCHING
-from mecanique.errors import DerivationError
+from mecanique.errors import DerivationError, MecaniqueError
 from mecanique.generation.mechanics.constrained import inputs_at
 from mecanique.generation.mechanics.dynamics import TapeDynamics
 from mecanique.generation.mechanics.switching import SwitchingEquations
@@ -84,6 +85,7 @@ class PageCorners:
         self._modes = list(_combine(self.elements, self.elements))
         strikes = _combine(self.elements, struck)
         self._strikes = [mode for mode in strikes if {*_name(mode)} != {OPEN}]
+        self._samples: dict[frozenset[str], States | None] = {}
 
     @property
     def dynamics(self) -> TapeDynamics:
@@ -107,6 +109,7 @@ class PageCorners:
                 element.tangents[0] if element.tangents else None,
                 struck=element.struck,
                 in_turn=bool(getattr(element.element, "in_turn", False)),
+                ends=element.length is not None,
             )
             for element in self.elements
         )
@@ -124,11 +127,14 @@ class PageCorners:
         """Gaps, rates and slopes of all rows, M⁻¹ of the load, then numbers of each element."""
         terms = self._equations.terms
         free = self._equations.by_mass(list(terms.load))
-        of_elements = [
-            x
-            for k, element in enumerate(self.elements)
-            for x in (element.restitution, element.holds, terms.static[k] - terms.kinetic[k])
+        assert terms.inside is not None, "terms of a state"
+        numbers = [
+            [element.restitution for element in self.elements],
+            [element.holds for element in self.elements],
+            terms.static - terms.kinetic,
+            terms.inside,
         ]
+        of_elements = [x for of_element in zip(*numbers, strict=True) for x in of_element]
         slopes = [slope for row in terms.jacobian for slope in row]
         return [*terms.gaps, *terms.rates, *slopes, *free, *of_elements]
 
@@ -213,7 +219,10 @@ class PageCorners:
     def _is_determined(self, mode: Mode, *, struck: bool) -> bool:
         """Return whether rigid bodies determine the forces of a mode, by sampled states."""
         rows, elements = self._corners.rows, self._corners.elements
-        states = random_states(self.letters.mechanism, _STATES, 0)
+        held = [e.name for e, state in zip(elements, mode, strict=True) if state.name != OPEN]
+        states = self._sample(frozenset(held))
+        if states is None:
+            return False
         for state in zip(states.q, states.v, states.t.tolist(), strict=True):
             terms = rows.at(*state)
             drive = strike(terms, {}, elements) if struck else accelerate(terms, elements)
@@ -221,6 +230,17 @@ class PageCorners:
             if solution is not None and not solution.redundant:
                 return True
         return False
+
+    def _sample(self, held: frozenset[str]) -> States | None:
+        """Return states in which the contacts held are closed; None if they are not at once."""
+        if held not in self._samples:
+            held_alone = [element for element in self.mechanism.switching if element.name in held]
+            closed = close_contacts(replace(self.mechanism, switching=tuple(held_alone)))
+            try:
+                self._samples[held] = random_states(closed, _STATES, 0)
+            except MecaniqueError:
+                self._samples[held] = None
+        return self._samples[held]
 
     def _compare(self, modes: Sequence[Mode], values: Sequence[list[Any]]) -> None:
         """Compare the forces of modes with those of the motion in the middle of each span."""

@@ -32,6 +32,7 @@ class Touch(NamedTuple):
     place: Triple
     directions: tuple[Triple, ...]
     gap: Any
+    foot: Any = 0.0  # the place along x of the plane
 
 
 def touch(mechanism: Mechanism, contact: Contact, ground: Ground) -> Touch:
@@ -61,7 +62,8 @@ def touch(mechanism: Mechanism, contact: Contact, ground: Ground) -> Touch:
     else:
         reach = scale(-1.0 * radius, n)
     place = add(hub, reach)
-    return Touch(place, (n, x, y), dot(n, add(place, scale(-1.0, start))))
+    reach = add(place, scale(-1.0, start))
+    return Touch(place, (n, x, y), dot(n, reach), dot(x, reach))
 
 
 def _touch_sphere(
@@ -97,6 +99,7 @@ class ConstraintRow:
     rate: Any  # γ
     place: Triple | None = None  # point of contact; None for a velocity constraint
     direction: Triple | None = None  # direction of its force there
+    foot: Any = 0.0  # the place along x of the plane
 
 
 def velocity_rows(letters: Letters, recursion: TreeRecursion) -> list[ConstraintRow]:
@@ -104,7 +107,7 @@ def velocity_rows(letters: Letters, recursion: TreeRecursion) -> list[Constraint
     mechanism, rows, world = letters.mechanism, list[ConstraintRow](), World(recursion)
     ground = recursion.ground
     for contact in mechanism.contacts:
-        place, directions, gap = touch(mechanism, contact, ground)
+        place, directions, gap, foot = touch(mechanism, contact, ground)
         place_rate = letters.along(place, world.pose_rates)
         sides = [(contact.body, 1.0), (contact.on, -1.0)]
         slip = add(*(scale(s, world.velocity(body, place)) for body, s in sides))
@@ -125,6 +128,7 @@ def velocity_rows(letters: Letters, recursion: TreeRecursion) -> list[Constraint
                     + dot(letters.along(direction, world.pose_rates), slip),
                     place=place,
                     direction=direction,
+                    foot=foot,
                 )
             )
     return [*rows, *(_constrain(letters, law) for law in mechanism.velocity_constraints)]

@@ -55,6 +55,7 @@ class Terms(NamedTuple):
     drift: Scalars  # shape (…, m)
     kinetic: Scalars  # shape (…, elements), μ, or the kinetic force where the load is stated
     static: Scalars  # shape (…, elements), the same of static friction
+    inside: Scalars | None = None  # shape (…, elements), as `find_inside`; not of programs of modes
 
 
 @final
@@ -69,6 +70,7 @@ class ElementRows:
     restitution: Any = 0.0
     stiffness: Any = None  # of an elastic stop
     holds: Any = 0.0  # the pull that a latch keeps
+    length: Any = None  # of a side with ends
 
     @property
     def name(self) -> str:
@@ -127,6 +129,8 @@ def list_elements(
             for name in ("restitution", "stiffness", "holds")
             if (value := getattr(element, name, None)) is not None
         }
+        if isinstance(element, Contact) and element.ends:
+            stated["length"] = evaluate(element.length)
         elements.append(ElementRows(element, normal, tuple(tangents), **stated))
     normals = {rows.name: rows.normal for rows in elements}
     return tuple(
@@ -414,7 +418,50 @@ def list_present_margins(
 ) -> list[tuple[Any, Any]]:
     """Return what each element has left in its state, between corners."""
     limits = terms.static, [rows.holds for rows in elements]
-    return list_margins(elements, mode, (terms.gaps, terms.rates), forces, limits, length)
+    left = list_margins(elements, mode, (terms.gaps, terms.rates), forces, limits, length)
+    return keep_inside(terms, elements, mode, left, length)
+
+
+def find_inside(elements: Sequence[ElementRows], feet: Mapping[str, Any]) -> list[Any]:
+    """Return how far inside its side each contact is, by the place along it; 1 without ends.
+
+    Near an end this is the distance from it [m].
+    """
+    inside: list[Any] = []
+    for element in elements:
+        if element.length is None:
+            inside.append(1.0)
+            continue
+        half, foot = 0.5 * element.length, feet[element.name]
+        inside.append(0.5 * (half - foot * foot / half))
+    return inside
+
+
+def keep_inside(
+    terms: Terms,
+    elements: Sequence[ElementRows],
+    mode: Mode,
+    left: Sequence[tuple[Any, Any]],
+    length: Callable[..., Any],
+) -> list[tuple[Any, Any]]:
+    """Return what elements have left between corners, by the ends of their sides as well.
+
+    What is closed opens where it leaves its side. What is open closes where it has no gap and is
+    inside, whichever comes last.
+    """
+    bounded: list[tuple[Any, Any]] = []
+    for k, (element, state, (first, second)) in enumerate(zip(elements, mode, left, strict=True)):
+        if element.length is not None:
+            assert terms.inside is not None, "sides have ends"
+            inside = terms.inside.T[k]
+            if state.name == OPEN:
+                first = 0.5 * (first - inside + length(first + inside))  # the larger
+            else:
+                # as a force, so that the smaller is of a size with what presses
+                inside = inside * (sum(map(length, terms.load)) / element.length)
+                first = 0.5 * (first + inside - length(first - inside))
+        bounded.append((first, second))
+    return bounded
 
 
 def friction_limit(element: ElementRows, coefficient: Any, forces: Scalars | Sequence[Any]) -> Any:

@@ -108,7 +108,8 @@ def _write_contact(kinematics: Kinematics, contact: Contact) -> Bond:
             meaning = f"force of {contact.on} on {contact.body} across the blade {contact.name} [N]"
         name = f"{contact.name}_{row}"
         if not demand.vanishes():  # what the joints keep already needs no force
-            ties.append(_tie(kinematics, name, demand, meaning, of_velocities=row != "normal"))
+            tie = _tie(kinematics, name, demand, meaning, of_velocities=row != "normal")
+            ties.append(replace(tie, foot=tidy(algebra.lift(met.foot))))
             units.append(SymbolicWrench(direction, zero(ring)))
     return Bond(
         name=contact.name,

@@ -29,6 +29,7 @@ class Tie:
     # whether it is ψ, linear in the velocities and in general not integrable
     of_velocities: bool = False
     of_contact: bool = False
+    foot: Series | None = None  # of a gap, the place along x of the plane
 
     @property
     def letter(self) -> str:

@@ -15,6 +15,7 @@ from mecanique.derivation.mechanics.switching import (
     Scalars,
     Terms,
     as_scalars,
+    find_inside,
     hold,
     joint_terms,
     list_elements,
@@ -49,6 +50,13 @@ class SwitchingEquations:
             return np.concatenate([as_scalars(of_contacts), of_joints])
 
         slopes = as_scalars([row.slopes for row in contacts]).reshape(-1, letters.mechanism.nv)
+        self.elements = list_elements(
+            mechanism,
+            names,
+            lambda scalar: letters.number(scalar, letters.values),
+            [k for k, name in enumerate(names) if idle(name)],
+        )
+        feet = {row.name.rpartition(": ")[0]: row.foot for row in contacts}
         self.terms = Terms(
             mass=as_scalars([list(row) for row in mass]),
             load=as_scalars([Q - h for Q, h in zip(forces, bias, strict=True)]),
@@ -59,19 +67,15 @@ class SwitchingEquations:
             drift=joints.drift,  # of joints alone
             kinetic=joints.kinetic,
             static=joints.static,
-        )
-        self.elements = list_elements(
-            mechanism,
-            names,
-            lambda scalar: letters.number(scalar, letters.values),
-            [k for k, name in enumerate(names) if idle(name)],
+            inside=as_scalars(find_inside(self.elements, feet)),
         )
 
     def list_terms(self) -> list[Any]:
         """Return rates of q and the terms of a state, then the numbers of each kind of element."""
         terms, elements = self.terms, self.elements
         load = [Q + tau for Q, tau in zip(terms.load, self.letters.tau, strict=True)]
-        of_rows = (terms.gamma, terms.gaps, terms.rates, terms.kinetic, terms.static)
+        assert terms.inside is not None, "terms of a state"
+        of_rows = (terms.gamma, terms.gaps, terms.rates, terms.inside, terms.kinetic, terms.static)
         numbers = [
             [element.restitution, element.stiffness or 0.0, element.holds] for element in elements
         ]

@@ -5,8 +5,8 @@
  *
  * Defined above this text: N, NQ and NV as for the steps; ELEMENTS and ROWS, the numbers of elements
  * and of their rows; MODE, the place in p from which on the state of each element stands; for each
- * element the rows normal[], tangent[] and pressing[], −1 for none, whether it is struck[], elastic[]
- * or impacts in_turn[], and its name[]; whether a row is positional[], the rate of a gap; LENGTH, a
+ * element the rows normal[], tangent[] and pressing[], −1 for none, whether it is struck[], elastic[],
+ * impacts in_turn[] or has a side with ends[], and its name[]; whether a row is positional[], the rate of a gap; LENGTH, a
  * characteristic length; tolerances in capital letters, which derivation/tolerances.py explains; and
  * measure(t, y, p, out), which gives Terms.
  */
@@ -20,6 +20,7 @@ enum { MOST_AT_ONCE = 50, MOST_IN_TURN = 10000, MOST_FOLLOWING = 16, SENTENCE = 
 typedef struct {
     double first[NQ], mass[NV][NV], load[NV];            /* rates of q, M, forces less bias */
     double slopes[ROWS][NV], gamma[ROWS], gap[ROWS], rate[ROWS];
+    double inside[ELEMENTS];                             /* how far from the ends of its side */
     double kinetic[ELEMENTS], sticking[ELEMENTS], restitution[ELEMENTS], stiffness[ELEMENTS];
     double holds[ELEMENTS];
 } Terms;
@@ -269,12 +270,30 @@ static void give_margins(double t, const double *y, const double *p, double *out
     }
     find_left(&drive, &solved, k.gap, k.rate, out);
     for (int i = 0; i < NV; i++) load = fmax(load, fabs(k.load[i]));
+    for (int e = 0; e < ELEMENTS; e++) {
+        /* what is closed opens beyond an end; what is open closes without a gap and inside */
+        if (!ends[e]) continue;
+        if (p[MODE + e] == OPEN_ELEMENT) out[2 * e] = fmax(out[2 * e], -k.inside[e]);
+        else out[2 * e] = fmin(out[2 * e], k.inside[e] * load / LENGTH);
+    }
     const double pull = DEAD * load + LEAST_MARGIN;
     for (int e = 0; e < ELEMENTS; e++) {
         if (normal[e] >= 0 && p[MODE + e] == OPEN_ELEMENT) out[2 * e] += EVEN * LENGTH;
         else if (!elastic[e]) out[2 * e] += pull;
         if (tangent[e] >= 0 && p[MODE + e] == HELD) out[2 * e + 1] += pull;
     }
+}
+
+/* Return whether an element is between the ends of its side; always without ends. */
+static bool is_inside(const Terms *k, int e)
+{
+    return k->inside[e] >= -EVEN * LENGTH;
+}
+
+/* Return whether the bodies of an element are one within the other. */
+static bool is_within(const Terms *k, int e)
+{
+    return struck[e] && k->gap[normal[e]] < -CLOSED_GAP * LENGTH;
 }
 
 static void give_states(double t, const double *y, const double *p, double *out)
@@ -490,7 +509,7 @@ static int candidates(const Terms *k, int e, bool touches, double still)
 static bool is_touching(const Terms *k, int e, double state)
 {
     if (!struck[e]) return state != OPEN_ELEMENT && normal[e] >= 0;
-    return state != OPEN_ELEMENT || k->gap[normal[e]] <= CLOSED_GAP * LENGTH;
+    return state != OPEN_ELEMENT || (k->gap[normal[e]] <= CLOSED_GAP * LENGTH && is_inside(k, e));
 }
 
 /* Strike the contacts that touch, together or in turn; return how many solutions there are. */
@@ -614,7 +633,7 @@ static bool begin(double t, double *y, double *p, double lowest, char *words)
     const int none[ELEMENTS] = {0};
     know(t, y, p, &k);
     for (int e = 0; e < ELEMENTS; e++) {
-        if (struck[e] && k.gap[normal[e]] < -CLOSED_GAP * LENGTH) {
+        if (is_within(&k, e) && is_inside(&k, e)) {
             snprintf(words, SENTENCE, "%s starts with its bodies one within the other, by %.3g",
                      name[e], -k.gap[normal[e]]);
             return false;
@@ -642,9 +661,16 @@ static bool switch_at(double t, double *y, double *p, int j, double lowest, char
         mode[e] = HELD;
         project(t, y, p, list_held(mode, rows), rows);
     }
-    if (which == 0) touching[e] = state == OPEN_ELEMENT || struck[e];
+    /* as it passes an end, not as it meets the side */
+    const bool beside = ends[e] && is_within(&k, e) && k.inside[e] < -k.gap[normal[e]];
+    if (which == 0 && state == OPEN_ELEMENT && beside) {
+        snprintf(words, SENTENCE, "%s comes in from beyond an end of its side, below it, at t = %.9g s",
+                 name[e], t);
+        return false;
+    }
+    if (which == 0) touching[e] = state == OPEN_ELEMENT || (struck[e] && is_inside(&k, e));
     if (which == 1 && state == HELD) forbidden[e] = 1 << HELD;
-    if (which == 0 && state != OPEN_ELEMENT && struck[e]) forbidden[e] = ~(1 << OPEN_ELEMENT);
+    if (which == 0 && state != OPEN_ELEMENT && touching[e]) forbidden[e] = ~(1 << OPEN_ELEMENT);
     return change(t, y, p, touching, forbidden, lowest, words);
 }
 

@@ -388,6 +388,7 @@ def _write_corners(
         "struck": [int(e.struck) for e in elements],
         "elastic": [int(e.normal is not None and not e.struck) for e in elements],
         "in_turn": [int(getattr(e.element, "in_turn", False)) for e in elements],
+        "ends": [int(e.length is not None) for e in elements],
         "positional": list(map(int, corners.positional)),
     }
     count = len(letters["p"]) + len(letters["tau"])

@@ -207,7 +207,10 @@ class Contact(Rubbing, Striking):
     """A contact that opens and closes, of a point, a ball or a wheel with a plane or a sphere.
 
     The body stays on the side of the plane's normal. A bowl around a point, of radius 0 for the
-    body, is a cord that goes slack.
+    body, is a cord that goes slack. A side with ends, of a table or a block, carries what touches
+    it between them; beyond, nothing. There the corner in which it ends touches instead: it is a
+    point of the body that has the side, in a contact with a side of the other body, or with a dome
+    as large as the other body's ball.
 
     Args:
         name: its name.
@@ -225,6 +228,8 @@ class Contact(Rubbing, Striking):
         law: "newton", by which e is the ratio of normal velocities, or "poisson", that of impulses.
         in_turn: whether of several contacts that touch those that approach impact one after the
             other, the fastest first; together, as one complementarity problem, by default.
+        length: of a side, from end to end along the plane's x axis, half of it to either side of
+            the plane's origin [m]; zero for a plane without ends.
 
     Example:
         >>> floor = mq.Contact("floor", "ball", radius=0.1, mu=0.3, restitution=0.8)
@@ -244,6 +249,7 @@ class Contact(Rubbing, Striking):
     restitution: Scalar = field(default=0.0, metadata=state("1"))
     law: Restitution = "newton"
     in_turn: bool = False
+    length: Scalar = field(default=0.0, metadata=state("m", sign="of at least"))
 
     noun = "contact"
 
@@ -253,6 +259,13 @@ class Contact(Rubbing, Striking):
             raise InputError(
                 f"{self.title}: expected a law 'newton' or 'poisson', got {self.law!r}"
             )
+        if self.closed.curved and self.ends:
+            raise InputError(f"{self.title}: expected a length of a plane's side, not of a bowl")
+
+    @property
+    def ends(self) -> bool:
+        """Whether its side has ends."""
+        return not (isinstance(self.length, float) and self.length == 0)
 
     @property
     def states(self) -> tuple[str, ...]:

@@ -338,9 +338,9 @@ class Corners:
         """Return the state to start from, after impacts if there are any, and what happens."""
         q, v = y[: self._nq], y[self._nq :]
         terms = self.rows.at(q, v, t)
-        for element in filter(lambda element: element.struck, self.elements):
-            gap = float(terms.gaps[element.rows[0]])
-            if gap < -CLOSED_GAP * self.length:
+        for k, element in enumerate(self.elements):
+            gap = float(terms.gaps[element.rows[0]]) if element.struck else 0.0
+            if gap < -CLOSED_GAP * self.length and self._is_inside(terms, k):
                 raise InputError(
                     f"{element.name!r} begins with a gap of {gap:.3g}: its bodies are one within "
                     "the other; expected a start where they are apart or touch"
@@ -386,6 +386,7 @@ class Corners:
         forbidden: frozenset[tuple[int, str]] = frozenset()
         solution = self.laws.solve(terms, mode)
         shared = solution is not None and solution.redundant and state.name in (STICKS, CLOSED)
+        shared = shared and self._is_inside(terms, k)
         if not self._at_once:
             self._ended = frozenset()
         if shared or self._ended:
@@ -394,8 +395,9 @@ class Corners:
             self._ended |= {mode}
         if not shared and which == 0:
             if state.name == OPEN:
+                self._refuse_from_beside(terms, k, t, y)
                 touching[k] = True
-            elif self.elements[k].struck:
+            elif self.elements[k].struck and self._is_inside(terms, k):
                 forbidden = frozenset((k, name) for name in self.elements[k].states[1:])
             else:
                 touching[k] = False
@@ -417,7 +419,29 @@ class Corners:
         element, closed = self.elements[k], state is not None and state.name != OPEN
         if not element.struck:
             return closed and element.normal is not None
-        return closed or bool(terms.gaps[element.rows[0]] <= CLOSED_GAP * self.length)
+        near = bool(terms.gaps[element.rows[0]] <= CLOSED_GAP * self.length)
+        return closed or (near and self._is_inside(terms, k))
+
+    def _is_inside(self, terms: Terms, k: int) -> bool:
+        """Return whether an element is between the ends of its side; always without ends."""
+        assert terms.inside is not None, "terms of a state"
+        return bool(terms.inside[k] >= -EVEN * self.length)
+
+    def _refuse_from_beside(self, terms: Terms, k: int, t: float, y: Array) -> None:
+        """Refuse what passes an end of a side below it."""
+        element = self.elements[k]
+        if element.length is None:
+            return
+        assert terms.inside is not None, "terms of a state"
+        gap = float(terms.gaps[element.rows[0]])
+        if gap < -CLOSED_GAP * self.length and terms.inside[k] < -gap:
+            raise IntegrationError(
+                f"{element.name!r} comes in from beyond an end of its side at t = {t:.9g} s, with "
+                f"a gap of {gap:.3g}: its bodies would be one within the other; give the corner in "
+                "which the side ends, or the side next to it, a contact of its own",
+                time=t,
+                state=y,
+            )
 
     def _change(
         self,

@@ -33,8 +33,8 @@ from mecanique.derivation.mechanics.switching import (
     accelerate,
     friction_limit,
     hold,
+    keep_inside,
     list_margins,
-    list_present_margins,
     solve_held,
     strike,
 )
@@ -181,7 +181,9 @@ class Laws:
         """
         solution = self.solve(terms, mode)
         forces = None if solution is None else solution.forces
-        margins = np.array(list_present_margins(terms, self.elements, mode, forces, hypot))
+        limits = terms.static, [element.holds for element in self.elements]
+        moved = terms.gaps, terms.rates
+        margins = np.array(list_margins(self.elements, mode, moved, forces, limits, hypot))
         for k, (element, state) in enumerate(zip(self.elements, mode, strict=True)):
             if state.name == SLIPS:  # it ends, or has turned
                 margins[k, 1] -= TURNED * np.linalg.norm(terms.rates[list(element.tangents)])
@@ -192,7 +194,7 @@ class Laws:
                     margins[k] = 1.0, spare
                 elif element.struck and state.name != OPEN:
                     margins[k, 0] = spare
-        return margins
+        return np.array(keep_inside(terms, self.elements, mode, margins.tolist(), hypot))
 
     # which mode follows -------------------------------------------------------------------------
 

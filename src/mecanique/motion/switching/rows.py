@@ -18,6 +18,7 @@ from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.switching import (
     Terms,
     close_contacts,
+    find_inside,
     joint_terms,
     list_elements,
 )
@@ -109,12 +110,15 @@ class SwitchingRows:
         end = (3 + nv) * joints
         jacobian = values[3 * joints : end].reshape(joints, nv)
         kinetic, static = values[end:].reshape(2, -1)
+        feet: dict[str, float] = {}
         if self._closed is not None:
             closure = self._closed.closures.at(q, v, t)
             jacobian = np.concatenate([closure.jacobian, jacobian])
             gamma = np.concatenate([closure.gamma, gamma])
             gaps = np.concatenate([closure.residual, gaps])
             drift = np.concatenate([closure.drift, drift])
+            names = (contact.name for contact in self.whole.contacts)
+            feet = dict(zip(names, self._closed.closures.contacts.feet.tolist(), strict=True))
         return Terms(
             mass=mass,
             load=load,
@@ -125,6 +129,7 @@ class SwitchingRows:
             drift=drift,
             kinetic=kinetic,
             static=static,
+            inside=np.array(find_inside(self.elements, feet)),
         )
 
     def contact_wrenches(

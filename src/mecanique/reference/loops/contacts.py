@@ -66,6 +66,7 @@ class _Touch(NamedTuple):
     seat: Array  # shape (3,), the point of the body at which its force is reported
     gap: float  # Φ of the first direction
     margin: float = 1.0  # from 0, where no place is determined, as of a wheel that lies flat, to 1
+    foot: float = 0.0  # the place along x of the plane [m]
 
 
 @final
@@ -95,6 +96,8 @@ class ContactRows:
         self._first = np.unique(self.owner, return_index=True)[1]
         self.margins: Array = np.ones(len(mechanism.contacts))
         """How well each place was determined at the last meeting, from 0 to 1, (contacts,)."""
+        self.feet: Array = np.zeros(len(mechanism.contacts))
+        """Each place along x of its plane at the last meeting [m], shape (contacts,)."""
 
     def meet(self, moving: Array | None = None) -> Meeting:
         """Return the contacts by J u, column by column, without which the bodies rest."""
@@ -103,6 +106,7 @@ class ContactRows:
             for shape, body, on in self._contacts
         ]
         self.margins[:] = [touch.margin for touch in touches]
+        self.feet[:] = [touch.foot for touch in touches]
         gaps = np.zeros(len(self.names))
         gaps[self._first] = [touch.gap for touch in touches]
         return Meeting(
@@ -162,6 +166,7 @@ class _Wheel(NamedTuple):
             hub,
             float(n @ (place - ground)),
             margin,
+            float(frame[0] @ (place - ground)),
         )
 
     def _below(self, a: _Body, n: Array, n_rate: Array) -> tuple[Array, Array]:
@@ -183,8 +188,9 @@ class _Wheel(NamedTuple):
         side = np.sign(self.bowl)
         d, d_rate = side * (O - hub), side * (b.at(O) - a.at(hub))
         length = float(np.linalg.norm(d))
-        n = d / length
-        n_rate = (d_rate - (n @ d_rate) * n) / length
+        apart = length or 1.0  # about the center itself no direction is determined
+        n = d / apart
+        n_rate = (d_rate - (n @ d_rate) * n) / apart
         x_rate, y_rate, z_rate = frame @ hat(b.spin).T
         directions, turning = [n], [n_rate]
         for e, e_rate in ((x, x_rate), (y, y_rate)):

@@ -37,6 +37,7 @@
     <mecanique:capstan name="drum" joint="up" other="down" length="2" wrap="3.14159" mu="0.3"/>
     <mecanique:contact name="floor" link="ball" on="ground" radius="0.1" mu="0.3" restitution="0.8"
         center="0 0 0" plane_xyz="0 0 0" plane_rpy="0 0 0" law="newton" in_turn="false"/>
+    <mecanique:contact name="top" link="ball" on="ground" radius="0.1" length="2"/>
 
     <mecanique:potential name="well" joint="slide" potential="-q**2 + 2*q**4"/>
     <mecanique:central_force name="sun" link_a="ground" point_a="0 0 0" link_b="planet"
@@ -256,7 +257,9 @@ _TABLE = (
         "mecanique:contact",
         Contact,
         "switching",
-        "link on plane_xyz plane_rpy radius bowl mu mu_static restitution center axis law in_turn",
+        "link on plane_xyz plane_rpy radius bowl length mu mu_static restitution center axis law "
+        "in_turn",
+        tacit=("length",),
     ),
     NativeTag("mecanique:potential", Potential, "forces", "joint potential", called="force"),
     NativeTag(

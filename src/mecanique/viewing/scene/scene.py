@@ -155,6 +155,7 @@ class PageElement:
     tangent: int | None
     struck: bool = False  # whether it has impacts
     in_turn: bool = False
+    ends: bool = False  # whether its side has ends
 
 
 @final

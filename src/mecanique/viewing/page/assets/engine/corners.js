@@ -23,7 +23,7 @@ export class Corners {
     Object.assign(this, { machine, p, ...machine.engine.switching });
     const { nv } = machine;
     this.count = this.elements.length;
-    this.known = new Float64Array(this.positional.length * (2 + nv) + nv + 3 * this.count);
+    this.known = new Float64Array(this.positional.length * (2 + nv) + nv + 4 * this.count);
     this.rubbing = this.elements.filter(({ tangent }) => tangent !== null);
     this.heats = this.rubbing.map(({ name }) => this.placeOf(`${name}: friction`));
     // where a mode's numbers stand: accelerations, forces, heat, margins, then what it presupposes
@@ -144,8 +144,8 @@ export class Corners {
       slopes: positional.map((_, r) => known.slice(2 * m + r * nv, 2 * m + (r + 1) * nv)),
       free: known.slice(free, free + nv),
       of: Array.from({ length: count }, (_, k) => {
-        const [restitution, holds, spare] = known.slice(free + nv + 3 * k);
-        return { restitution, holds, spare };
+        const [restitution, holds, spare, inside] = known.slice(free + nv + 4 * k);
+        return { restitution, holds, spare, inside };
       }),
     };
   }
@@ -198,35 +198,54 @@ export class Corners {
     if (this.atOnce > MOST_AT_ONCE) return `where ${element.name} switches without end`;
     const states = this.modes[this.present];
     const state = states[k];
-    const { gaps } = this.read(t, y);
-    const touching = this.elements.map((_, i) => this.isTouching(i, gaps, states[i]));
+    const now = this.read(t, y);
+    const touching = this.elements.map((_, i) => this.isTouching(i, now, states[i]));
+    if (which === 0 && this.isBeside(k, now))
+      return `where ${element.name} comes in from beyond an end of its side, below it`;
     // the slip, which is zero to rounding, is zero
     if (which === 1 && state !== STICKS)
       this.project(t, y, this.rowsHeld(states.map((s, i) => (i === k ? STICKS : s))));
-    if (which === 0) touching[k] = state === OPEN || element.struck;
-    return this.change(t, y, touching, this.forbid(k, which, state));
+    if (which === 0) touching[k] = state === OPEN || (element.struck && this.isInside(k, now));
+    return this.change(t, y, touching, this.forbid(k, which, state, now));
   }
 
   // The states of an element that end where its margin passes zero.
-  forbid(k, which, state) {
+  forbid(k, which, state, now) {
     if (which === 1) return new Set(state === STICKS ? [`${k} ${STICKS}`] : []);
-    if (state === OPEN || !this.elements[k].struck) return new Set();
+    if (state === OPEN || !this.elements[k].struck || !this.isInside(k, now)) return new Set();
     return new Set(this.modes.filter((mode) => isHeld(mode[k])).map((mode) => `${k} ${mode[k]}`));
   }
 
-  isTouching(k, gaps, state = OPEN) {
+  isTouching(k, now, state = OPEN) {
     const { struck, normal } = this.elements[k];
     if (!struck) return isHeld(state) && normal !== null;
-    return isHeld(state) || gaps[normal] <= this.tolerances.CLOSED_GAP * this.length;
+    if (isHeld(state)) return true;
+    const near = now.gaps[normal] <= this.tolerances.CLOSED_GAP * this.length;
+    return near && this.isInside(k, now);
+  }
+
+  // Whether an element is between the ends of its side; always without ends.
+  isInside(k, { of }) {
+    return of[k].inside >= -this.tolerances.EVEN * this.length;
+  }
+
+  // Whether the bodies of an element are one within the other.
+  isWithin(k, { gaps }) {
+    const { struck, normal } = this.elements[k];
+    return struck && gaps[normal] < -this.tolerances.CLOSED_GAP * this.length;
+  }
+
+  // Whether they are so as what touches passes an end, not as it meets the side.
+  isBeside(k, now) {
+    const { ends, normal } = this.elements[k];
+    return ends && this.isWithin(k, now) && now.of[k].inside < -now.gaps[normal];
   }
 
   begin(t, y) {
-    const { gaps } = this.read(t, y);
-    const within = this.elements.find(
-      ({ struck, normal }) => struck && gaps[normal] < -this.tolerances.CLOSED_GAP * this.length,
-    );
+    const now = this.read(t, y);
+    const within = this.elements.find((_, k) => this.isWithin(k, now) && this.isInside(k, now));
     if (within) return `as ${within.name} begins with its bodies one within the other`;
-    const touching = this.elements.map((_, k) => this.isTouching(k, gaps));
+    const touching = this.elements.map((_, k) => this.isTouching(k, now));
     return this.change(t, y, touching, new Set());
   }
 

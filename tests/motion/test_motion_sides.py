@@ -1,0 +1,155 @@
+"""Motions off the ends of sides, of tables and blocks, against closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from sides import TABLE, make_ball, make_block, make_sled, move_in_plane
+
+import mecanique as mq
+from mecanique.motion.motion import Motion
+
+G = 9.81
+
+
+def happened(motion: Motion) -> list[str]:
+    """Return the names of what happened."""
+    return [event.name for event in motion.events]
+
+
+def test_a_sled_falls_when_its_end_passes_the_edge() -> None:
+    """The table's edge takes over from the front corner, and gives nothing beyond the rear end."""
+    motion = mq.simulate(make_sled(0.4), q={"x": -0.5}, v={"x": 2.0}, duration=0.8, rtol=1e-12)
+    assert happened(motion) == ["front: open", "lip: closed", "lip: open"]
+    times = [event.t for event in motion.events]
+    np.testing.assert_allclose(times, [0.15, 0.15, 0.35], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(motion["z"][-1], -G / 2 * 0.45**2, rtol=0, atol=1e-12)
+    assert motion.audit().ok
+
+
+@pytest.mark.parametrize(("mu", "slip"), [(0.0, ""), (0.1, "slips -")])
+def test_a_block_tips_over_an_edge(mu: float, slip: str) -> None:
+    """Without friction where its center passes the edge, with it μ h/2 before."""
+    width, height, v = 0.4, 0.2, 2.0
+    motion = mq.simulate(
+        make_block(width, height, mu),
+        q={"x": -0.5, "z": height / 2},
+        v={"x": v},
+        duration=0.6,
+        rtol=1e-12,
+    )
+    closed = slip or "closed"
+    assert happened(motion) == ["front: open", f"lip: {closed}", "rear: open", "lip: open"]
+    front, _, tips, leaves = motion.events
+    np.testing.assert_allclose(front.q[0], -width / 2, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(tips.q, [-mu * height / 2, height / 2, 0.0], rtol=0, atol=1e-12)
+    slowed = math.sqrt(v**2 - 2 * mu * G * (0.5 + tips.q[0]))
+    np.testing.assert_allclose(tips.v, [slowed, 0.0, 0.0], rtol=0, atol=1e-12)
+    # the corner of the block leaves that of the table
+    x, z, th = leaves.q
+    corner = np.array([x, z])
+    corner -= width / 2 * np.array([math.cos(th), math.sin(th)])
+    corner += height / 2 * np.array([math.sin(th), -math.cos(th)])
+    np.testing.assert_allclose(corner, 0.0, rtol=0, atol=1e-11)
+    assert motion.audit().ok
+
+
+@pytest.mark.parametrize(
+    ("mu", "cosine", "by_speed"), [(0.0, 2 / 3, 1 / 3), (1e6, 10 / 17, 7 / 17)]
+)
+def test_a_ball_leaves_an_edge(mu: float, cosine: float, by_speed: float) -> None:
+    """It slides, or rolls, about the edge till nothing presses: cos θ = 2/3, or 10/17."""
+    r, v = 0.1, 0.01
+    spin = {"th": -v / r} if mu else {}
+    motion = mq.simulate(
+        make_ball(r, mu), q={"x": -0.005, "z": r}, v={"x": v} | spin, duration=2.0, rtol=1e-12
+    )
+    top, edge = motion.events[:2]
+    assert (top.name, edge.name) == ("top: open", f"edge: {'sticks' if mu else 'closed'}")
+    np.testing.assert_allclose([top.t, top.q[0]], [0.5, 0.0], rtol=0, atol=1e-10)
+    leaves = next(event for event in motion.events if event.name == "edge: open")
+    # energy: v² of the start counts beside g r (1 − cos θ)
+    expected = cosine + by_speed * v**2 / (G * r)
+    np.testing.assert_allclose(leaves.q[1] / r, expected, rtol=0, atol=1e-4 if mu else 1e-9)
+    assert motion.audit().ok
+
+
+def test_a_ball_that_turns_back_about_the_edge_rolls_on_the_table_as_it_came() -> None:
+    r, v = 0.1, 0.1
+    ball = mq.simulate(
+        make_ball(r, 1.0).replace(gravity=(-4.0, 0, -G)),
+        q={"x": -0.001, "z": r},
+        v={"x": v, "th": -v / r},
+        duration=1.0,
+        rtol=1e-12,
+    )
+    assert [span.states for span in ball.modes] == [
+        {"top": "sticks", "edge": "open"},
+        {"top": "open", "edge": "sticks"},
+        {"top": "sticks", "edge": "open"},
+    ]
+    back = ball.modes[-1].begin
+    leaves = ball(ball.modes[0].end)
+    # its gap, which falls from zero by the square of the way, is seen once it is not rounding
+    np.testing.assert_allclose(ball(back).v[0], -leaves.v[0], rtol=0, atol=1e-6)
+    # on the table 7/5 x'' = −4
+    later = 1.0 - back
+    expected = leaves.v[0] * -later - 4.0 * 5 / 7 * later**2 / 2
+    np.testing.assert_allclose(ball["x"][-1], expected, rtol=0, atol=1e-6)
+
+
+def test_beyond_an_end_nothing_is_touched() -> None:
+    point = move_in_plane(mq.ball(1.0, 0.1), *make_ball(0.1, 0.0).switching[:1])
+    motion = mq.simulate(point, q={"x": 0.01, "z": 0.5}, duration=1.0)
+    assert motion.events == ()
+    np.testing.assert_allclose(motion["z"][-1], 0.5 - G / 2, rtol=1e-12, atol=0)
+    lands = mq.simulate(point, q={"x": -0.01, "z": 0.5}, duration=1.0)
+    assert happened(lands) == ["top: impact", "top: closed"]
+
+
+def test_what_comes_in_below_a_side_is_refused() -> None:
+    point = move_in_plane(mq.ball(1.0, 0.1), *make_ball(0.1, 0.0).switching[:1])
+    start = {"x": 0.1, "z": -0.5}
+    with pytest.raises(mq.IntegrationError, match="'top' comes in from beyond an end of its side"):
+        mq.simulate(point, q=start, v={"x": -1.0}, duration=0.3)
+
+
+def test_a_block_tips_over_the_edge_of_a_block() -> None:
+    """Both move; the upper one tips as its center passes the edge of the lower."""
+    b, h, v = 0.4, 0.2, 2.0
+    top, below = mq.Placement((0, 0, h / 2)), mq.Placement((0, 0, -h / 2), (math.pi, 0, 0))
+    blocks = mq.Mechanism(
+        "blocks",
+        (
+            mq.Body("ground"),
+            mq.Body("lower", mq.box(2.0, (1.0, b, h))),
+            mq.Body("upper", mq.box(1.0, (b, b, h))),
+        ),
+        (
+            mq.Prismatic("slide", "ground", "lower", axis=(1, 0, 0), coordinate="s"),
+            mq.Planar("plane", "ground", "upper", axis=(0, -1, 0), names=("x", "z", "th")),
+        ),
+        switching=(
+            mq.Contact("rear", "upper", (-b / 2, 0, -h / 2), on="lower", plane=top, length=1.0),
+            mq.Contact("front", "upper", (b / 2, 0, -h / 2), on="lower", plane=top, length=1.0),
+            mq.Contact("edge", "lower", (0.5, 0, h / 2), on="upper", plane=below, length=b),
+        ),
+    )
+    motion = mq.simulate(blocks, q={"z": h}, v={"x": v, "s": -0.5}, duration=0.4, rtol=1e-12)
+    assert happened(motion)[:3] == ["front: open", "edge: closed", "rear: open"]
+    front, _, tips = motion.events[:3]
+    np.testing.assert_allclose([front.t, tips.t], [0.3 / 2.5, 0.5 / 2.5], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(tips.q[1] - tips.q[0], 0.5, rtol=0, atol=1e-12)
+    momentum = 2.0 * motion["s'"] + 1.0 * motion["x'"]
+    np.testing.assert_allclose(momentum, 2.0 * -0.5 + v, rtol=0, atol=1e-12)
+    assert motion["s'"][-1] < -0.501  # the upper one pushes the edge away as it tips
+    assert motion.audit().ok
+
+
+def test_a_side_with_ends_is_one_of_a_plane() -> None:
+    with pytest.raises(mq.InputError, match="expected a length of a plane's side, not of a bowl"):
+        mq.Contact("in", "ball", radius=0.1, bowl=1.0, length=TABLE)
+    with pytest.raises(mq.MechanismError, match="contact 'top': expected a length of at least 0"):
+        move_in_plane(mq.ball(1.0, 0.1), mq.Contact("top", "body", radius=0.1, length=-1.0))

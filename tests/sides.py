@@ -1,0 +1,64 @@
+"""Mechanisms that leave sides with ends: a sled, a block and a ball on a table, for many tests."""
+
+from __future__ import annotations
+
+import math
+
+import mecanique as mq
+from mecanique.model.constraints.friction import Switching
+
+__all__ = ["TABLE", "make_ball", "make_block", "make_sled", "move_in_plane"]
+
+TABLE = 2.0
+"""Length of the table [m], which ends at x = 0."""
+
+_TOP = mq.Placement((-TABLE / 2, 0, 0))
+
+
+def _support(body: str, size: tuple[float, float], mu: float) -> tuple[mq.Contact, ...]:
+    """Return the contacts of a block's lower corners with a table, and of its edge with the block.
+
+    The block has a width and a height, and the origin of its frame in its center.
+    """
+    b, h = size
+    below = mq.Placement((0, 0, -h / 2), (math.pi, 0, 0))
+    corners = (
+        mq.Contact(name, body, center=(x, 0, -h / 2), plane=_TOP, length=TABLE, mu=mu)
+        for name, x in (("rear", -b / 2), ("front", b / 2))
+    )
+    return (*corners, mq.Contact("lip", "ground", on=body, plane=below, length=b, mu=mu))
+
+
+def move_in_plane(shape: mq.Shape, *switching: Switching) -> mq.Mechanism:
+    """Return a body that moves in the plane x, z and turns by th about −y."""
+    joint = mq.Planar("plane", "ground", "body", axis=(0, -1, 0), names=("x", "z", "th"))
+    bodies = (mq.Body("ground"), mq.Body("body", shape))
+    return mq.Mechanism("at_the_edge", bodies, (joint,), switching=switching)
+
+
+def make_block(width: float, height: float, mu: float) -> mq.Mechanism:
+    """Return a block of 1 kg on a table."""
+    return move_in_plane(
+        mq.box(1.0, (width, width, height)), *_support("body", (width, height), mu)
+    )
+
+
+def make_ball(radius: float, mu: float) -> mq.Mechanism:
+    """Return a ball of 1 kg on a table, whose edge is a point in the plane of motion."""
+    about = mq.Placement((0, 0, radius))
+    return move_in_plane(
+        mq.ball(1.0, radius),
+        mq.Contact("top", "body", radius=radius, plane=_TOP, length=TABLE, mu=mu),
+        mq.Contact("edge", "ground", on="body", plane=about, bowl=-radius, mu=mu),
+    )
+
+
+def make_sled(width: float) -> mq.Mechanism:
+    """Return a block of 1 kg and no height that does not turn, on its front corner and the edge."""
+    bodies = mq.Body("ground"), mq.Body("carriage", mq.massless()), mq.Body("p", mq.particle(1.0))
+    joints = (
+        mq.Prismatic("x", "ground", "carriage", axis=(1, 0, 0)),
+        mq.Prismatic("z", "carriage", "p", axis=(0, 0, 1)),
+    )
+    _, *contacts = _support("p", (width, 0.0), 0.0)
+    return mq.Mechanism("sled", bodies, joints, switching=tuple(contacts))
