@@ -87,8 +87,9 @@ def test_a_root_in_a_length_is_the_length_only_where_nothing_is_added_to_it() ->
     }
     twice = [("spring", rho), ("band", 2 * rho)]
     for told in (twice, twice[::-1]):
-        (meaning,) = length_names(ring, told).values()
-        assert meaning.startswith("root in the length of ")
+        meanings = length_names(ring, told)
+        assert meanings["rho1"].startswith("root in the length of ")
+        assert meanings["rho2"] == "root"
 
 
 def test_a_length_that_is_no_root_is_taken_as_positive_if_it_can_change_its_sign() -> None:

@@ -92,7 +92,7 @@ def test_a_page_tells_the_equations_the_verdict_and_the_ledger(
     )
     assert panel.locator("h3").first.inner_text() == "Equations of motion"
     heads = panel.locator("h4").all_text_contents()
-    assert heads[-2:] == ["Equations of motion", "Result"]
+    assert heads[-3:] == ["Equations of motion", "Result", "Small motions"]
     assert all(panel.locator("h4 + p.note").nth(k).text_content() for k in range(len(heads)))
     assert seen.page.locator(".badge.good").inner_text() == "✓ agrees"
     seen.page.click("#tab-verdict")

@@ -351,14 +351,14 @@ class VirtualWork:
         self.balances = FreeBodies(mechanism, self.algebra)
         self.cuts = self.balances.cuts
         self._displacements = Displacements(self.algebra)
-        self._ledger = Ledger(self.balances, self._displacements)
+        self.ledger = Ledger(self.balances, self._displacements)
         self._unknowns = self.balances.unknowns | self._displacements.meanings
 
     def derivation(self) -> Derivation:
         """Return the equations of motion with their steps."""
         algebra, ring = self.algebra, self.algebra.ring
         stages = [stage for cut in self.balances.bodies for stage in self._body(cut)]
-        ledger, displacements = self._ledger, self._displacements
+        ledger, displacements = self.ledger, self._displacements
         spread = [cut.body for cut in self.balances.bodies if cut.inert and ledger.is_spread(cut)]
         inertia = [*ledger.inertia, *ledger.weights, *self._rotors()]
         M, h = mass_and_bias(algebra, [-c for c in displacements.coefficients(inertia)])
@@ -467,7 +467,7 @@ class VirtualWork:
         if cut.inert:
             yield self._inertia_forces(cut)
         yield from self._equilibrium(cut)
-        entries = self._ledger.enter(cut)
+        entries = self.ledger.enter(cut)
         if entries:
             taken = {name.replace("phi", "φ") for name in self._displacements.names}
             index = " (with an index)"
@@ -476,16 +476,16 @@ class VirtualWork:
                 f"Each force F does work in the virtual displacement{move} of its point, each "
                 f"couple C in the virtual rotation{turn} of the body: δW is the sum of the "
                 "products of their components. Those that do no work are not listed."
-                f"{self._ledger.locate(cut)}"
+                f"{self.ledger.locate(cut)}"
             )
             yield Stage(f"Virtual work on {cut.body}", sentence, tuple(entries))
 
     def _inertia_forces(self, cut: Cut) -> Stage:
         """Return the step with d'Alembert's inertia forces and their resultant."""
         body, axes = cut.body, cut.axes
-        spread = distribution_of(self.cuts, cut) if self._ledger.is_spread(cut) else None
+        spread = distribution_of(self.cuts, cut) if self.ledger.is_spread(cut) else None
         fixed = f"the fixed point {cut.joint.name}"
-        point = fixed if self._ledger.is_pivoted(cut) else "the center of mass"
+        point = fixed if self.ledger.is_pivoted(cut) else "the center of mass"
         entries = self.algebra.mechanism.body(body).inertia
         as_particle = bool(cut.mass) and not any(map(self.algebra.series, entries))
         said = f"Every particle of {body} has the inertia force -a dm, opposite to its acceleration"
@@ -507,7 +507,7 @@ class VirtualWork:
         else:
             F = -along(axes.rows, cut.push.force)
             results += list_components(f"F_inertia_{body}", axes.labels, F)
-        couple = self._ledger.seat_of_inertia(cut)[1]
+        couple = self.ledger.seat_of_inertia(cut)[1]
         C = along(axes.turns, couple)
         if spread is None and not as_particle:
             beside = ", and a couple C, minus the rate of the angular momentum about that point"
@@ -542,14 +542,17 @@ class VirtualWork:
         rates = [rate for rate in self.balances.rates if rate.rotor]
         return [-rate.rotor * self._displacements.sum(rate.partials) for rate in rates]
 
+    def work_of_reaction(self, cut: Cut) -> Series:
+        """Return the virtual work of a joint's reaction together with its opposite."""
+        return tidy(self.balances.symbols[cut.body].power(self._against_parent(cut)))
+
     def _reactions(self) -> list[Stage]:
         """Return the step with the work of each joint's reaction together with its opposite."""
         if not self.balances.unknowns:
             return []
         lines = []
         for cut in filter(self.balances.transmits, self.balances.bodies):
-            reaction = self.balances.symbols[cut.body]
-            work = tidy(reaction.power(self._against_parent(cut)))
+            work = self.work_of_reaction(cut)
             lines += [Result(Left(f"δW_R_{cut.joint.name}"), work)] if work else []
         sentence = (
             "A reaction acts on the child, its opposite on the parent at the same point: together "

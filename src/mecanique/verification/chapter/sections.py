@@ -651,11 +651,14 @@ def _working() -> Iterator[ChapterRow]:
         for result in stage.results:
             if not isinstance(result.left, Series):
                 quantities[result.left.quantity] = result.right
+    (rod,) = work.cuts.bodies
+    of_inertia, _ = work.ledger.seat_of_inertia(rod)
     yield identity(
         "before 1.27 b",
         "the reactions do no work, nor do the parts of weight and inertia forces along the rod",
         _LEDGER,
-        *(quantities[name] for name in ("δW_R_pin", "δr_weight_rod_n", "δr_inertia_rod_n")),
+        work.work_of_reaction(rod),
+        *(along(rod.axes.rows, velocity)[0] for velocity in (rod.twist.force, of_inertia)),
     )
     yield identity(
         "after 1.27 b",
