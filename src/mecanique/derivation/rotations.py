@@ -163,12 +163,12 @@ class _Rotation:
             for name in ("e", "a", "E", "tau", f"{turning.name}_0")
         )
         path = 1 + e * cos(ring[turning.name] - since)
-        eccentricity = 1 + tidy(2 * E * place / pull)
+        eccentricity = to_formula(ring.number(1)), to_formula(tidy(2 * E * place / pull))
         area = tidy(ring[self._x] ** 2 * ring[f"{turning.name}'"] / 2)
         pi = ring.constant("pi")
         lines = (
             Quotient(ring[f"{self._x}_0"], path).equate(self._x),
-            Root("e", expression(eccentricity)),
+            Root("e", Expression(eccentricity)),
             Result(area, tidy(turning.momentum / self._inertia / 2)),
             Result(a, tidy(-pull / E / 2)),
             Result(tau**2, tidy(4 * pi**2 * a**3 * self._inertia / pull)),
