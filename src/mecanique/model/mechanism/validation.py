@@ -307,6 +307,12 @@ def _potential(
             f"got {name!r}; what varies otherwise is a load"
         )
     yield from _unknown(where, (V,), constants | its | varying)
+    for step in _functions(plain(V)):
+        if type(step).__name__ == "sign" and symbols_in(step) - constants - {"t"}:
+            yield (
+                f"{where}: its potential has a step, {step}, where its slope is no force; write "
+                "x sign(x) as |x|, or state the force as a load"
+            )
 
 
 def _unknown(where: str, scalars: Iterable[Scalar], known: set[str]) -> Iterator[str]:
