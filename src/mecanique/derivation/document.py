@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
-from mecanique.derivation.answers import answers_of
 from mecanique.derivation.glossary import Meaning, clashes, meanings
 from mecanique.derivation.linear import Linear, linear
 from mecanique.derivation.printing.equations import equations, expression
@@ -26,7 +25,10 @@ from mecanique.derivation.printing.writers import (
     to_math,
 )
 from mecanique.derivation.scalars.cancel import without_common_divisor
+from mecanique.derivation.special_motions import special_motions_of
 from mecanique.derivation.symbolic.derivation import (
+    DISPLACEMENTS,
+    LOOPS_IN_MOTION,
     NO_ENDING,
     REACTIONS,
     Assumption,
@@ -49,7 +51,7 @@ _DIVIDED = (
 _LINEAR = "The last line is the same in matrices: the equations are linear."
 _EQUATIONS = "Equations of motion"
 _RESULT = NO_ENDING.title
-_REPLACED = ("Loops in motion", "Independent displacements")
+_REPLACED = (LOOPS_IN_MOTION, DISPLACEMENTS)
 """Steps that kinematic coefficients make needless."""
 _STANDING = "Those that stand alone in a balance above are not repeated."
 _STILL = "Nothing can move: there is no coordinate, and so no equation of motion."
@@ -132,7 +134,7 @@ class Document:
     def endings(self) -> tuple[Ending, ...]:
         """The last sections: the result, and what it comes to in special motions."""
         special = self.special and not self.ending.lines
-        return (self.result, *(answers_of(self.derivation) if special else ()))
+        return (self.result, *(special_motions_of(self.derivation) if special else ()))
 
     @property
     def _eliminated(self) -> Ending:

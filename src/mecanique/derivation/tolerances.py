@@ -12,6 +12,10 @@ ROUNDING = 1e-14
 """A sum below this part of its terms is rounding: 45 ε. Products of poses along a linkage leave 0.6
 ε at most (200 linkages in any tilt, closed by every kind of loop), a tilt's R Rᵀ 2 ε."""
 
+MEASURED = 10_000
+"""Numbers with larger denominators, or larger multiples of their common measure, are measured, not
+written: they stay decimals, whose common factors say nothing."""
+
 WHOLE = 4e-16
 """Entries of rotations this close to 0, 1 or −1 are rounded to these: 2 ε, as cos(π/2) = 6e-17."""
 

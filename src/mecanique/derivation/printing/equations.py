@@ -40,6 +40,7 @@ from mecanique.derivation.printing.writers import Equation, Expression
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.polynomials import Parts, exponent, exponents, power
 from mecanique.derivation.scalars.series import GIVEN, Kind, Ring, Series, canonical
+from mecanique.derivation.tolerances import MEASURED
 from mecanique.errors import DerivationError
 from mecanique.wording import OF_SHAPES
 
@@ -196,9 +197,6 @@ def _free_lengths(pull: Series) -> Iterator[int]:
 def _count_signs(series: Series) -> int:
     return cost(shortest(series, products=True)) if series else 0
 
-
-_MEASURED = 10_000
-"""Numbers with a larger denominator are taken as measured."""
 
 _LONG = 150
 """Equations with more terms are tried in one style only, that of sums of angles."""
@@ -459,4 +457,4 @@ def _in_decimals(series: Series) -> bool:
     """Whether a series has measured numbers, as from URDF, rather than fractions of a law."""
     if not any(g.kind is Kind.PARAMETER for g in series.ring.generators):
         return True
-    return series.denominator > _MEASURED
+    return series.denominator > MEASURED

@@ -39,9 +39,9 @@ from mecanique.derivation.printing.trigforms import (
 )
 from mecanique.derivation.scalars.polynomials import Polynomial, exponents, power
 from mecanique.derivation.scalars.series import Kind, Ring, Series, canonical
+from mecanique.derivation.tolerances import MEASURED
 
 _LARGEST = 40  # polynomials with more terms are not factored
-_WILD = 10_000  # coefficients that are larger multiples of their common measure stay decimals
 
 PLACES = {
     Kind.CONSTANT: -1,
@@ -201,7 +201,7 @@ def _factor_sum(polynomial: Series) -> Product:
     # a linear sum cannot be factored, nor can two terms without powers and common letters
     linear = all(sum(d.values()) <= 1 for d in degrees)
     without = linear or (len(terms) == 2 and all(e == 1 for d in degrees for e in d.values()))
-    if without or len(terms) > _LARGEST or max(map(abs, terms.values())) > _WILD:
+    if without or len(terms) > _LARGEST or max(map(abs, terms.values())) > MEASURED:
         return plain
     indices = sorted({i for d in degrees for i in d})
     rows = []
@@ -287,7 +287,9 @@ def _gather(ring: Ring, rows: list[tuple[dict[int, int], Fraction]]) -> list[Pro
             outside.append((d, c))
     above, below = [c.numerator for _, c in inside], [c.denominator for _, c in inside]
     shared_number = Fraction(math.gcd(*above), math.lcm(*below))
-    if max(abs(c) for _, c in inside) > _WILD * shared_number:  # measured numbers share no factor
+    if (
+        max(abs(c) for _, c in inside) > MEASURED * shared_number
+    ):  # measured numbers share no factor
         shared_number = Fraction(1)
     inner = add(_gather(ring, [(d, c / shared_number) for d, c in inside]))
     drawn = multiply(number(shared_number), _power(ring, index, e), inner)

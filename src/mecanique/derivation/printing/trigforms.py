@@ -17,6 +17,7 @@ from typing import TypeAlias
 
 from mecanique.derivation.scalars.polynomials import exponents, largest_exponent, power
 from mecanique.derivation.scalars.series import GIVEN, Kind, Series, canonical
+from mecanique.derivation.tolerances import MEASURED
 
 Trig: TypeAlias = "tuple[tuple[int, int, int], ...]"
 """A product of sines and cosines, each as (packed angle, 1 for sin or 0 for cos, power)."""
@@ -26,9 +27,6 @@ Form: TypeAlias = "dict[Trig, Series]"
 
 _ANGLES, _EXPANDED, _MULTIPLE = 3, 12, 6
 """Largest numbers of angles, terms and multiples in a series written in single angles."""
-
-_WILD = 10_000
-"""Numbers are left as they are if larger multiples than this of a common measure remain."""
 
 _TIMED = {Kind.TIME, *GIVEN}
 
@@ -92,7 +90,7 @@ def common_scale(polynomials: Sequence[Series]) -> Fraction:
     """Return the greatest rational that divides all coefficients, the largest if measured."""
     # as multiples of a common measure, products of measured numbers would exceed every float
     measure, largest = _measure(polynomials)
-    return measure if largest <= _WILD else measure * largest
+    return measure if largest <= MEASURED else measure * largest
 
 
 def _measure(polynomials: Sequence[Series]) -> tuple[Fraction, int]:
@@ -113,9 +111,9 @@ def common_measure(polynomials: Sequence[Series]) -> Fraction:
     # Measured numbers have large denominators, or are large multiples of a common measure
     measure, largest = _measure(polynomials)
     if sum(map(len, polynomials)) > 1:
-        if max(p.denominator for p in polynomials) > _WILD:
+        if max(p.denominator for p in polynomials) > MEASURED:
             return Fraction(1)
-        return measure if largest <= _WILD else Fraction(1)
+        return measure if largest <= MEASURED else Fraction(1)
     return measure
 
 

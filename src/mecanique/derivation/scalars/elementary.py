@@ -13,6 +13,7 @@ import numpy as np
 from mecanique.derivation.scalars.cancel import divide_by_wave, tidy
 from mecanique.derivation.scalars.polynomials import exponent, exponents, power
 from mecanique.derivation.scalars.series import GIVEN, Kind, Ring, Series, canonical
+from mecanique.derivation.tolerances import MEASURED
 from mecanique.errors import DerivationError
 from mecanique.model.expression import numpy_function
 from mecanique.program.sweeps import SLOPES
@@ -106,8 +107,6 @@ def _exact_cosine(ring: Ring, twelfths: int) -> Series:
     return table[twelfths]
 
 
-_LEGIBLE = 40
-"""Integers of more bits beneath a root come from measured numbers, whose factors say nothing."""
 _MODERATE = Fraction(10) ** 60
 """Bound of numbers beneath a root, and of their inverses, so that products remain floats."""
 
@@ -150,7 +149,7 @@ def _find_square_content(series: Series) -> tuple[Fraction, int]:
     content = Fraction(
         math.gcd(*(c.numerator for c in numbers)), math.lcm(*(c.denominator for c in numbers))
     )
-    if max((c / content).numerator.bit_length() for c in numbers) > _LEGIBLE:
+    if max((c / content).numerator for c in numbers) > MEASURED:
         largest = _find_power_of_two(max(map(abs, numbers))) ** 2
         content = Fraction(1) if 1 / _MODERATE < largest < _MODERATE else largest
     monomials = [m for _, m, _ in series.terms()]
@@ -165,7 +164,7 @@ def _find_square_content(series: Series) -> tuple[Fraction, int]:
 def _take_root(ring: Ring, number: Fraction) -> Series:
     """Return √(n/d) = √(n d)/d, with one atom per prime, or one for a number of many digits."""
     n, outside, root = number.numerator * number.denominator, 1, ring.number(1)
-    if n.bit_length() > 2 * _LEGIBLE and math.isqrt(n) ** 2 != n:
+    if n > MEASURED**2 and math.isqrt(n) ** 2 != n:
         scale = _find_power_of_two(number)  # so that √a and √(4a) are multiples of one atom
         return _adjoin_root(ring.number(number / scale**2), None) * scale
     prime = 2

@@ -6,7 +6,6 @@ origin of its frame: equations are solved only by moving terms, which keeps clos
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,7 +20,7 @@ from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.printing.equations import expression, join
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.evaluation import Evaluation
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.series import Kind, Ring, Series
 from mecanique.derivation.symbolic.cutting import (
     Cut,
     Cuts,
@@ -45,7 +44,7 @@ from mecanique.derivation.symbolic.vectors import (
 )
 from mecanique.derivation.tolerances import RANK
 from mecanique.derivation.tree.links import Link
-from mecanique.derivation.tree.poses import combination, exact_direction
+from mecanique.derivation.tree.poses import combination
 from mecanique.model.constraint_base import Strung
 from mecanique.model.constraints.elements import preloads
 from mecanique.model.constraints.gears import Gear, Rack
@@ -112,7 +111,7 @@ def _find_axial(cuts: Cuts, place: int, body: str) -> JointRate:
     """Return the joint velocity of a hinge or a slide."""
     algebra, link = cuts.algebra, cuts.kinematics.tree[place]
     r = algebra.lift(algebra.values[link.coordinates[0]])
-    axis = [algebra.arithmetic(component, {}) for component in exact_direction(link.axis)]
+    axis = algebra.arithmetic.direction(link.axis)
     turn = cuts.kinematics.turn(place)
     inertia = algebra.series(link.armature)
     return JointRate(
@@ -165,19 +164,13 @@ class Guiding:
         self._cuts = cuts
         self._algebra = cuts.algebra
         mechanism, ring = self._algebra.mechanism, self._algebra.ring
-        self.meanings = dict(_list_meanings(mechanism))
+        ground = replace(cuts.kinematics.ground, wave=self._wave)
+        units = unit_forces(mechanism, ground) if mechanism.elements else []
+        axes = {(unit.index, unit.body): _name_axis(ring, unit) for unit in units}
+        self.meanings = dict(_list_meanings(mechanism, axes))
         """The meaning of each unknown, by its name."""
         self.names = [*self.meanings]
         self.symbols = [ring.unknown(name, Kind.REACTION) for name in self.names]
-        ground = replace(cuts.kinematics.ground, wave=self._wave)
-        units = unit_forces(mechanism, ground) if mechanism.elements else []
-        for unit in units:
-            axis, said = (
-                _name_axis(lift(ring, unit.force).tidy()),
-                self.meanings[self.names[unit.index]],
-            )
-            if axis and f" exerts on {unit.body} in " in said:
-                self.meanings[self.names[unit.index]] = _OF_FRAME.sub(f"{axis} of the world", said)
         self._parting: dict[int, Series] = {}
         """The separating force |F| sin α of meshing wheels, by index of F."""
         for index in sorted({unit.index for unit in units if unit.pressed and any(unit.force)}):
@@ -284,20 +277,24 @@ class Guiding:
         return algebra.series(cos(sympify(angle))), algebra.ring.number(1)
 
 
-def _name_axis(unit: Vector) -> str:
-    """Return the world's axis that a unit vector is along in every position, "" if none."""
-    for axis, size in zip("xyz", unit, strict=True):
+def _name_axis(ring: Ring, unit: UnitForce) -> str:
+    """Return the world's axis that a unit force is along in every position, "" if none."""
+    for axis, size in zip("xyz", lift(ring, unit.force).tidy(), strict=True):
         if size in (1, -1):
             return axis if size == 1 else f"-{axis}"
     return ""
 
 
-_OF_FRAME = re.compile(r"\w of its frame")
+def _list_meanings(
+    mechanism: Mechanism, axes: Mapping[tuple[int, str], str]
+) -> Iterator[tuple[str, str]]:
+    """Yield the name of each unknown force with its meaning and unit.
 
-
-def _list_meanings(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
-    """Yield the name of each unknown force with its meaning and unit."""
+    The world's axis that it is along, if any, is given by its index and the body it acts on.
+    """
+    following = 0
     for element in mechanism.elements:
+        first, following = following, following + len(element.forces)
         if isinstance(element, Strung):
             stops = element.stops
             for name, part in zip(element.forces, dict.fromkeys(element.parts), strict=True):
@@ -305,7 +302,7 @@ def _list_meanings(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
                 start, end = stops[places[0]].body, stops[places[-1] + 1].body
                 yield f"T_{name}", f"tension of {element.name} from {start} to {end} [N]"
             continue
-        for name in element.forces:
+        for k, name in enumerate(element.forces, first):
             if isinstance(element, (Gear, Rack)):
                 a, b = (mechanism.joint(joint).child for joint in element.joints)
                 where = f"force of {a} on {b} in {element.name} along the line of action"
@@ -313,7 +310,9 @@ def _list_meanings(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
                 continue
             row = name.rpartition(": ")[2]
             turns = row.startswith("r")
-            axis = "along its length" if row == "length" else f"along {row[-1]} of its frame"
+            world = axes.get((k, element.body_b))
+            axis = f"along {world} of the world" if world else f"along {row[-1]} of its frame"
+            axis = "along its length" if row == "length" else axis
             yield (
                 f"{'M' if turns else 'R'}_{element.name}_{row}",
                 f"{'moment' if turns else 'force'} that {element.body_a} exerts on "

@@ -52,7 +52,9 @@ Matrix: TypeAlias = "tuple[tuple[Series, ...], ...]"
 
 
 REACTIONS = "Reactions"
-"""Title of the step that finds the reactions."""
+LOOPS_IN_MOTION = "Loops in motion"
+DISPLACEMENTS = "Independent displacements"
+"""Titles of steps that documents look for."""
 
 DISTANCE = "distance along a rod from its end [m]"
 INDEPENDENT = "independent virtual displacement: small and arbitrary"

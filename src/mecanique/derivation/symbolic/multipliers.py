@@ -30,7 +30,15 @@ from mecanique.derivation.printing.writers import Equation, Expression
 from mecanique.derivation.scalars.cancel import divide_by_wave, tidy
 from mecanique.derivation.scalars.polynomials import exponents, power
 from mecanique.derivation.scalars.series import GIVEN, TIMED, Kind, Ring, Series, canonical
-from mecanique.derivation.symbolic.derivation import Left, Matrix, Result, Stage, Tie, project
+from mecanique.derivation.symbolic.derivation import (
+    LOOPS_IN_MOTION,
+    Left,
+    Matrix,
+    Result,
+    Stage,
+    Tie,
+    project,
+)
 from mecanique.derivation.symbolic.symbols import Algebra, coordinate_of
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
@@ -407,7 +415,7 @@ def _differentiate_loops(loops: Sequence[Tie]) -> list[Stage]:
         "accelerations. The latter equations are linear in the accelerations, and the equations of "
         "motion are linear in accelerations and multipliers: one linear system gives them all."
     )
-    return [Stage("Loops in motion", sentence, tuple(results))]
+    return [Stage(LOOPS_IN_MOTION, sentence, tuple(results))]
 
 
 def multiplier_stages(

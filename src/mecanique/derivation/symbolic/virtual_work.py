@@ -21,6 +21,7 @@ from mecanique.derivation.scalars.series import GIVEN, Kind, Series
 from mecanique.derivation.symbolic.balances import FreeBodies
 from mecanique.derivation.symbolic.cutting import Cut, Cuts
 from mecanique.derivation.symbolic.derivation import (
+    DISPLACEMENTS,
     DISTANCE,
     INDEPENDENT,
     Derivation,
@@ -434,7 +435,7 @@ class VirtualWork:
             f"of the velocities, the terms of {where} that contain velocities sum to zero. That "
             f"leaves {count} independent, {words}; all others follow."
         )
-        yield Stage("Independent displacements", sentence, tuple(results))
+        yield Stage(DISPLACEMENTS, sentence, tuple(results))
 
     def _sum(self, whole: Series, *, free: bool) -> Stage:
         """Return the step with the sum of all work, by virtual displacement."""

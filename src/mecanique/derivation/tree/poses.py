@@ -10,12 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any, TypeAlias, final
 
 import numpy as np
 
 from mecanique.derivation.tolerances import WHOLE
-from mecanique.derivation.tree.links import Link
+from mecanique.derivation.tree.links import Axis, Link
 from mecanique.model.bodies import Body
 from mecanique.model.expression import Scalar, evaluate, numpy_function, plain
 from mecanique.model.mechanism import Mechanism
@@ -73,6 +74,10 @@ class Arithmetic:
             return int(scalar)
         return evaluate(scalar, values, function=self.function, number=self.number)
 
+    def direction(self, axis: Axis) -> list[Any]:
+        """Return the components of a unit vector, of length one exactly unless they are floats."""
+        return [self(c, {}) for c in (axis if self.number is float else exact_direction(axis))]
+
     def sine_cosine(self, angle: Any) -> tuple[Any, Any]:
         """Return the sine and the cosine of an angle [rad]."""
         return self.function("sin")(angle), self.function("cos")(angle)
@@ -126,7 +131,8 @@ def exact_rotation(placement: Placement) -> Matrix | None:
     ]
 
 
-def exact_direction(axis: Sequence[float]) -> Sequence[float | Fraction]:
+@lru_cache(maxsize=256)
+def exact_direction(axis: Axis) -> Sequence[float | Fraction]:
     """Return a unit vector in fractions of length one exactly; one with known roots as it is."""
     if all(_is_known(component**2) for component in axis):
         return axis
@@ -180,7 +186,7 @@ def local(link: Link, values: Mapping[str, Any], arithmetic: Arithmetic) -> Matr
         return turn_by(link.axis, *arithmetic.sine_cosine(values[link.coordinates[0]]), arithmetic)
     if link.kind == "slide":
         x = values[link.coordinates[0]]
-        pairs = zip(IDENTITY, _components(link.axis, arithmetic), strict=True)
+        pairs = zip(IDENTITY, arithmetic.direction(link.axis), strict=True)
         return [[*row[:3], times(c, x)] for row, c in pairs]
     if link.kind in ("ball", "free"):
         *position, x, y, z, w = (values[name] for name in link.coordinates)
@@ -242,17 +248,11 @@ def combination(factors: Iterable[Any], terms: Iterable[Any]) -> Any:
     return total
 
 
-def _components(axis: Sequence[float], arithmetic: Arithmetic) -> list[Any]:
-    """Return the components of a unit vector, exact unless they are floats."""
-    exact = axis if arithmetic.number is float else exact_direction(axis)
-    return [arithmetic(component, {}) for component in exact]
-
-
 def turn_by(
     axis: tuple[float, float, float], sine: Any, cosine: Any, arithmetic: Arithmetic
 ) -> Matrix:
     """Return a turn about a unit axis, given its sine and cosine; linear in both."""
-    n = x, y, z = _components(axis, arithmetic)
+    n = x, y, z = arithmetic.direction(axis)
     cross = ((0, -z, y), (z, 0, -x), (-y, x, 0))
     rows: Matrix = []
     for i in range(3):

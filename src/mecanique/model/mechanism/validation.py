@@ -310,8 +310,8 @@ def _potential(
     for step in _functions(plain(V)):
         if type(step).__name__ == "sign" and symbols_in(step) - constants - {"t"}:
             yield (
-                f"{where}: its potential has a step, {step}, where its slope is no force; write "
-                "x sign(x) as |x|, or state the force as a load"
+                f"{where}: its potential holds {step}, whose slope at zero is no force; write "
+                "x sign(x) as abs(x), or state the force as a load"
             )
 
 

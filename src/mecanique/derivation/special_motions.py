@@ -61,7 +61,7 @@ _OMEGA = {"omega": "natural angular frequency [rad/s]"}
 _FIGURES = _OMEGA | {"zeta": "damping ratio"}
 
 
-def answers_of(derivation: Derivation) -> tuple[Ending, ...]:
+def special_motions_of(derivation: Derivation) -> tuple[Ending, ...]:
     """Return what the equations of motion come to in special motions, each with its title."""
     endings = list[Ending]()
     mechanism, velocities = derivation.algebra.mechanism, derivation.algebra.velocities

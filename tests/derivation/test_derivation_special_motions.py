@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.derivation.answers import answers_of
+from mecanique.derivation.special_motions import special_motions_of
 from mecanique.derivation.symbolic.derivation import Ending
 
 
 def answers(mechanism: mq.Mechanism) -> dict[str, Ending]:
-    return {ending.title: ending for ending in answers_of(mq.derive(mechanism).derivation)}
+    return {ending.title: ending for ending in special_motions_of(mq.derive(mechanism).derivation)}
 
 
 def lines(name: str, title: str) -> list[str]:
