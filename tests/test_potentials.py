@@ -264,7 +264,7 @@ def test_faulty_tags_are_reported(tag: str, said: str) -> None:
         ),
         (K * mq.coordinate("y") ** 2, "depends on 'y', which is not declared"),
         (K * X, "potential"),
-        (K * X**2 * mq.sign(X), r"'well': its potential holds sign\(x\), where"),
+        (K * X**2 * mq.sign(X), r"'well': its potential holds sign\(x\), whose slope at zero"),
     ],
 )
 def test_what_is_no_potential_is_refused(potential: object, said: str) -> None:

@@ -672,10 +672,10 @@ _MOST_PAIRED = 16
 
 def _pair(right: RightEquations, single: Sequence[WrongDerivation]) -> Iterator[WrongDerivation]:
     """Yield equations with two of some mistakes."""
-    plain_ones = [mistake for mistake in single if mistake.kind in _PAIRED]
-    if len(plain_ones) > _MOST_PAIRED or right.truth.mechanism.constrained:
+    pairable = [mistake for mistake in single if mistake.kind in _PAIRED]
+    if len(pairable) > _MOST_PAIRED or right.truth.mechanism.constrained:
         return
-    for first, second in combinations(plain_ones, 2):
+    for first, second in combinations(pairable, 2):
         terms = first.terms.plus(second.terms).plus(right.terms, -1)
         weight = first.weight + second.weight + 0.2
         yield WrongDerivation("two slips", f"{first.text}; {second.text}", weight, terms)

@@ -685,10 +685,12 @@ def _compare_terms(
     if not 1 < len(terms) <= len(lacks) // 2:
         return
     table = np.stack([value(term) for term in terms], axis=1)
-    size = np.abs(table).max(axis=0, initial=1e-300)
-    shares, _, rank, _ = np.linalg.lstsq(table / size, lacks, rcond=1e-9)
-    off = np.abs(table / size @ shares - lacks)
-    scale = np.abs(table / size) @ np.abs(shares) + np.abs(lacks)
+    # terms of one size, so that the rank tells which depend on each other, not which are small
+    size = np.abs(table).max(axis=0)
+    table = table / size
+    shares, _, rank, _ = np.linalg.lstsq(table, lacks, rcond=_SAME_TERMS)
+    off = np.abs(table @ shares - lacks)
+    scale = np.abs(table) @ np.abs(shares) + np.abs(lacks)
     if rank < len(terms) or not (off <= ALIKE * scale).all():
         return
     factors = [Fraction(float(x)).limit_denominator(SIMPLE) for x in 1 - shares / size]
@@ -704,6 +706,9 @@ def _compare_terms(
     likely = all(0 <= f < 1 for f, _ in wrong)
     yield Mistake("missing", f"{_say_terms(lacking)} is missing", "", 1.9 if likely else _UNLIKELY)
 
+
+_SAME_TERMS = 1e-9
+"""Terms whose values in the states depend on each other to this part cannot be told apart."""
 
 _UNLIKELY = 2.5
 """Two slips are sought if nothing explains a formula that weighs less."""
