@@ -489,6 +489,17 @@ def test_faces_whose_points_are_not_there_are_refused(tmp_path: Path) -> None:
             read_mjcf(file)
 
 
+def test_files_with_too_many_corners_to_cut_are_refused(tmp_path: Path) -> None:
+    face = "\nf" + " 1 2 3 4" * 250
+    points = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1"
+    (tmp_path / "m.obj").write_text(points + 6 * face, encoding="utf-8")
+    file = tmp_path / "robot.xml"
+    asset = '<mujoco><asset><mesh name="a" file="m.obj"/></asset>'
+    file.write_text(f"{asset}<worldbody>{PART}</worldbody></mujoco>", encoding="utf-8")
+    with pytest.raises(mq.InputError, match="expected fewer faces of many points"):
+        read_mjcf(file)
+
+
 MESH = '<mujoco><asset><mesh name="a" {}/></asset><worldbody>{}</worldbody></mujoco>'
 PART = BODY.format('<geom type="mesh" mesh="a"/>')
 CORNERS = "0 0 0  1 0 0  0 1 0  0 0 1"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
@@ -23,7 +23,10 @@ SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
 """How many sizes each kind of geom has that has a volume."""
 
 _MOST_CORNERS = 1000
-"""Most corners of a face: cutting it takes the cube of their number."""
+"""Most corners of a face."""
+
+_MOST_CUTS = 5_000_000
+"""Most corners tried in a file, where each may be tried for every other one of its face."""
 
 _SMALL = 1e-15
 """What MuJoCo takes for no volume and no area."""
@@ -210,6 +213,8 @@ def _read_first_object(data: bytes) -> Corners:
     if any(len(point) != 3 for point in points):
         raise InputError("expected points of three numbers")
     places = np.array(points, dtype=np.float32).astype(float).reshape(-1, 3)
+    if sum(len(face) ** 2 for face in faces if len(face) > 4) > _MOST_CUTS:
+        raise InputError("expected fewer faces of many points: cut them into triangles")
     triangles: list[list[int]] = []
     for face in faces:
         triangles += _cut(face, places)
@@ -237,8 +242,8 @@ def _cut_ears(face: list[int], places: Array) -> list[list[int]]:
     tinyobjloader, which MuJoCo reads OBJ with, compares a corner's turn with the area between its
     first side and the origin, so that what it cuts may overlap; what it cannot cut is left out.
     """
-    points = places.astype(np.float32)
-    sides = points[np.roll(face, -1)] - points[face]
+    points = places[face].astype(np.float32)
+    sides = np.roll(points, -1, axis=0) - points
     turns = np.abs(np.cross(sides, np.roll(sides, -1, axis=0)))
     bent = turns[(turns > np.finfo(np.float32).eps).any(axis=1)]
     x, y, z = bent[0] if len(bent) else (1.0, 0.0, 0.0)
@@ -248,21 +253,20 @@ def _cut_ears(face: list[int], places: Array) -> list[list[int]]:
     elif z > max(x, y):
         axes = [0, 1]
     flat = points[:, axes]
-    rest, start, tries = [*face], 0, len(face)
+    rest, start, tries = [*range(len(face))], 0, len(face)
     triangles: list[list[int]] = []
     while len(rest) > 3 and tries:
         start %= len(rest)
         ahead = rest[start:] + rest[:start]
-        a, b, c = (flat[k] for k in ahead[:3])
-        turn = _area(b - a, c - b)
-        others = (flat[k] for k in ahead[3:])
-        if turn * _area(a, b) < 0 or any(_holds((a, b, c), point) for point in others):
+        a, b, c = ear = flat[ahead[:3]]
+        if _area(b - a, c - b) * _area(a, b) < 0 or _holds(ear, flat[ahead[3:]]):
             start, tries = start + 1, tries - 1
             continue
         triangles.append(ahead[:3])
         del rest[(start + 1) % len(rest)]
         tries = len(rest)
-    return [*triangles, rest] if len(rest) == 3 else triangles
+    triangles += [rest] if len(rest) == 3 else []
+    return [[face[k] for k in corners] for corners in triangles]
 
 
 def _area(a: Array, b: Array) -> float:
@@ -270,14 +274,15 @@ def _area(a: Array, b: Array) -> float:
     return float(a[0] * b[1] - a[1] * b[0])
 
 
-def _holds(corners: Sequence[Array], point: Array) -> bool:
-    """Whether a ray from a point of a plane along x leaves a triangle once."""
-    inside = False
-    for a, b in zip(corners, (corners[-1], *corners), strict=False):
-        if (a[1] > point[1]) != (b[1] > point[1]):
-            reach = (b[0] - a[0]) * (point[1] - a[1]) / (b[1] - a[1]) + a[0]
-            inside ^= bool(point[0] < reach)
-    return inside
+def _holds(corners: NDArray[np.float32], points: NDArray[np.float32]) -> bool:
+    """Whether a ray along x leaves a triangle once, from any of the points of a plane, (n, 2)."""
+    inside = np.zeros(len(points), dtype=bool)
+    for a, b in zip(corners, np.roll(corners, 1, axis=0), strict=True):
+        crossed = (a[1] > points[:, 1]) != (b[1] > points[:, 1])
+        if crossed.any():
+            reach = (b[0] - a[0]) * (points[:, 1] - a[1]) / (b[1] - a[1]) + a[0]
+            inside ^= crossed & (points[:, 0] < reach)
+    return bool(inside.any())
 
 
 def _read_msh(data: bytes) -> Corners:
