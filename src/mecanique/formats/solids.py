@@ -266,7 +266,7 @@ def _cut_ears(face: list[int], places: Array) -> list[list[int]]:
         del rest[(start + 1) % len(rest)]
         tries = len(rest)
     triangles += [rest] if len(rest) == 3 else []
-    return [[face[k] for k in corners] for corners in triangles]
+    return [list(map(face.__getitem__, corners)) for corners in triangles]
 
 
 def _area(a: Array, b: Array) -> float:
