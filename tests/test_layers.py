@@ -94,6 +94,7 @@ ORDER: dict[str, list[str]] = {
         "rotations",
         "answers",
         "glossary",
+        "special_motions",
         "document stability",
         "steady",
         "equations",

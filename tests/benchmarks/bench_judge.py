@@ -1,10 +1,11 @@
 """How a list of answers fares: those of textbooks, with slips of students, incomplete, and attacks.
 
-    python tests/benchmarks/bench_judge.py [seen|blind|both] [--show]
+    python tests/benchmarks/bench_judge.py [seen|blind|fresh|all] [--show]
 
-Each line of the two files beside this one names a system, what is asked, an answer, the outcome,
-and a pattern that the first cause of a wrong one must match. The blind half was written with the
-other one, and is only run after what it measures is finished.
+Each line of the files beside this one names a system, what is asked, an answer, the outcome,
+and a pattern that the first cause of a wrong one must match. The blind part was written with the
+seen one and is only run after what it measures is finished; the fresh one, of wrong answers alone,
+was written after both had been used.
 """
 
 from __future__ import annotations
@@ -33,9 +34,9 @@ class Answer(NamedTuple):
     cause: str
 
 
-def read(half: str) -> Iterator[Answer]:
-    """Yield the answers of a half."""
-    for line in (FOLDER / f"answers_{half}.txt").read_text(encoding="utf-8").splitlines():
+def read(part: str) -> Iterator[Answer]:
+    """Yield the answers of a part."""
+    for line in (FOLDER / f"answers_{part}.txt").read_text(encoding="utf-8").splitlines():
         if line and not line.startswith("#"):
             system, ask, text, outcome, cause = (field.strip() for field in line.split(" | ", 4))
             yield Answer(system, ask, text.replace(" ;; ", "\n"), outcome, cause)
@@ -51,10 +52,10 @@ def judge(answer: Answer) -> tuple[str, str]:
     return verdict.outcome, causes[0] if causes else verdict.form
 
 
-def main(half: str = "both", show: str = "") -> None:
+def main(part: str = "all", show: str = "") -> None:
     """Print the table."""
-    halves = ("seen", "blind") if half == "both" else (half,)
-    for name in halves:
+    parts = ("seen", "blind", "fresh") if part == "all" else (part,)
+    for name in parts:
         outcomes: Counter[tuple[str, str]] = Counter()
         asked = named = 0
         start = process_time()

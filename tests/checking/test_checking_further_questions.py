@@ -293,7 +293,7 @@ CAUSES = (
     (
         *("compound_pendulum", "kinetic energy"),
         "T = (m1 l^2/4 + m2 l^2 + m2 r^2/2) q'^2/2",
-        "of a rod about its own center is missing",
+        "m1 of 'pendulum' about its own center is missing",
     ),
 )
 

@@ -206,6 +206,7 @@ def test_both_signs_are_two_answers() -> None:
         # decimal commas within brackets, and as LaTeX has them
         ("rigid_bar_pendulum", "equation of motion", "q'' + (1,5 g/l) sin q = 0"),
         ("rigid_bar_pendulum", "equation of motion", r"q'' + \frac{1,5 g}{l} \sin q = 0"),
+        ("rigid_bar_pendulum", "frequency", "omega = sqrt(1,5 g/l)"),
         ("rigid_bar_pendulum", "equation of motion", r"\ddot q + 1{,}5 \frac{g}{l} \sin q = 0"),
         # several words before a bracket
         ("atwood_machine", "equation of motion", "Daraus folgt (m1 + m2 + M/2) x'' = (m1 - m2) g"),

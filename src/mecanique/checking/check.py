@@ -169,6 +169,8 @@ class Checker:
         defined = {name: node for name, node in definitions if "'" not in name}
         explained = self.search.explain(judged, quantity, text, defined)
         motion = quantity.kind == "motion"
+        if quantity.kind == "several" and not (held or any(explained)):
+            explained = self._explain_numbers(reading, ask, text) or explained
         lines = [
             _line(formula, causes, motion=motion)
             for formula, causes in zip(judged, explained, strict=True)
@@ -315,6 +317,18 @@ class Checker:
             if all(formula.agrees if motion else formula.holds for formula in again):
                 return truth, again, forms
         return None
+
+    def _explain_numbers(self, reading: ReadText, ask: str, text: str) -> list[tuple[Mistake, ...]]:
+        """Return the likely causes of wrong lines with numbers in place of all parameters."""
+        sides = [side for statement in reading.statements for side in statement.sides]
+        if self._parameters & {name for side in sides for name in side.letters}:
+            return []
+        try:
+            truth, asked = self.truth.hold(frozenset()), self.ask(ask, frozenset())
+        except InputError:
+            return []
+        search = Search(truth, reading.letters, with_numbers=True)
+        return search.explain(self._compare(reading, asked, truth, text), asked, text, {})
 
     def _list_numbers(self, written: set[str]) -> Iterator[tuple[frozenset[str], tuple[str, ...]]]:
         """Yield the parameters that still vary where others are numbers, and the form that it is.

@@ -527,8 +527,12 @@ class Scanner:
             kind = self._listed[k].kind
             closed += (kind in CLOSE) - (kind in OPEN)
             if closed < 0:
-                called = k > 0 and self._listed[k - 1].kind in ("FUNCTION", "SYMPY")
-                return kind == "LSQB" or called
+                called = self._listed[k - 1] if k > 0 else None
+                several = called is not None and (
+                    called.kind == "SYMPY"
+                    or (called.kind == "FUNCTION" and FUNCTIONS[called.value].arguments > 1)
+                )
+                return kind == "LSQB" or several
         return False
 
     def _decimal_comma(self, match: re.Match[str]) -> int:

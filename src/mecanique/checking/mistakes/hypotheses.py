@@ -18,14 +18,15 @@ from mecanique.checking.verdict import Mistake
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.scalars.polynomials import exponents
 from mecanique.derivation.scalars.series import Kind, Series
-from mecanique.derivation.symbolic.derivation import Derivation
+from mecanique.derivation.symbolic.derivation import Derivation, mass_and_bias
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import MecaniqueError
-from mecanique.model.bodies import Body
+from mecanique.model.bodies.body import Body, Shape
 from mecanique.model.expression import plain
 from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import JointSpring, Spring
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.random_positions import angles
 
 Reading: TypeAlias = "Callable[[Mapping[str, Array]], dict[str, Array]]"
 """What letters are taken for, by the letters."""
@@ -76,7 +77,8 @@ class RightEquations:
         self.truth = truth
         self.derivation = derivation
         self.sample: Sample = truth.sample
-        self.V = Lagrange(truth.mechanism, derivation.algebra).V
+        self.lagrange = Lagrange(truth.mechanism, derivation.algebra)
+        self.V = self.lagrange.V
         rest = self.sample.bias - self.sample.forces
         self.terms = EquationValues(self.sample.M, rest, self._potential(derivation, self.V))
 
@@ -317,6 +319,29 @@ def mistake_operator(right: RightEquations) -> Iterator[WrongDerivation]:
     yield WrongDerivation("missing", what, 1.3, right.with_rest(rest + slopes))
 
 
+_MOST_VELOCITIES = 3
+"""With more velocities no component of a body's velocity is left out in turn."""
+
+
+def mistake_velocities(right: RightEquations) -> Iterator[WrongDerivation]:
+    """Yield equations that lack a component of the velocity of a body's center of mass."""
+    algebra, kinematics = right.derivation.algebra, right.lagrange.kinematics
+    bodies = [body for body in right.truth.mechanism.bodies if plain(body.mass) != 0]
+    quasi = any(not name.endswith("'") for name in algebra.velocities)
+    if quasi or len(algebra.velocities) > _MOST_VELOCITIES:
+        return
+    for body in bodies:
+        velocity = kinematics.velocity(body.name, body.center)
+        parts = [(axis, speed) for axis, speed in zip("xyz", velocity, strict=True) if speed]
+        for axis, speed in parts if parts[1:] else ():
+            T = speed * speed * algebra.series(body.mass) / 2
+            M, h = mass_and_bias(algebra, [row.value for row in algebra.ring.euler(T)])
+            dM = np.stack([right.value.stack(row) for row in M], axis=1)
+            less = EquationValues(dM, right.value.stack(h), np.zeros_like(right.terms.V))
+            what = f"the {axis} component of the velocity of {body.name!r} is missing in T"
+            yield WrongDerivation("missing", what, 1.05, right.terms.plus(less, -1))
+
+
 def _collect_quadratic(right: RightEquations, h: Sequence[Series], names: Sequence[str]) -> Array:
     """Return the terms of second degree in the velocities, shape (n, nv)."""
     rows = []
@@ -414,12 +439,23 @@ def linearize(right: RightEquations) -> Iterator[WrongDerivation]:
         M, moved = at_rest.M, np.stack([values[name] for name in names], axis=-1)
         slopes = np.einsum("nij,nj->ni", at_rest.slopes(forces, names), moved)
         rest = at_rest.stack(forces) + slopes
-    what = "small angles are assumed throughout: it is the linearized equation"
-    yield WrongDerivation("linearized", what, 0.5, replace(right.terms, M=M, rest=rest))
+    places, V = tuple(right.truth.mechanism.coordinates), right.terms.V.copy()
+    slope = at_rest.slopes([right.V], places)[:, 0]
+    curvature = at_rest.slopes([right.V.diff(name) for name in places], places)
+    for k, states in enumerate((values, roll(right.truth, right.sample))):
+        q = np.stack([{**values, **states}[name] for name in places], axis=-1)
+        V[k] = np.einsum("ni,ni->n", slope, q) + np.einsum("nij,ni,nj->n", curvature, q, q) / 2
+    turning = angles(right.truth.mechanism)
+    small = "angles" if turning else "displacements"
+    what = f"small {small} are assumed throughout: it is the linearized equation"
+    weight = 0.5 if turning else 1.15
+    yield WrongDerivation("linearized", what, weight, EquationValues(M, rest, V))
 
 
 _FELT = 1e-12
 """A change of M below this part of it is rounding: the moments of inertia do not matter."""
+_NONE = (0.0,) * 6
+_MOST_PIECES = 3
 _MOST_BODIES = 7
 """With more bodies in loops, deriving each change again would take seconds."""
 
@@ -440,18 +476,17 @@ def mistake_parts(right: RightEquations) -> Iterator[WrongDerivation]:
         ):
             yield WrongDerivation(kind, what, how_likely, still.plus(gravity, factor))
         alike: dict[tuple[str, float, str], list[tuple[str, EquationValues]]] = {}
-        for body in mechanism.bodies:
-            if plain(body.mass) != 0:
-                for kind, weight, words, wrong in _body(right, mechanism, body, still):
-                    yield WrongDerivation(kind, words.format(repr(body.name)), weight, wrong)
-                    alike.setdefault((kind, weight, words), []).append((body.name, wrong))
+        for piece in _list_pieces(mechanism):
+            for kind, weight, words, wrong in _piece(right, mechanism, piece, still):
+                yield WrongDerivation(kind, words.format(piece.said), weight, wrong)
+                alike.setdefault((kind, weight, words), []).append((piece.said, wrong))
         for (kind, weight, words), several in alike.items():
             if several[1:]:
                 # terms of bodies add up, and so do the mistakes in them
                 whole = right.terms
                 for _, wrong in several:
                     whole = whole.plus(wrong).plus(right.terms, -1)
-                *names, last = [repr(name) for name, _ in several]
+                *names, last = [name for name, _ in several]
                 each = f"each of {', '.join(names)} and {last}"
                 yield WrongDerivation(kind, words.format(each), weight + 0.05, whole)
     for force in mechanism.forces:
@@ -485,12 +520,49 @@ def _forget_free_length(
         yield WrongDerivation("free length", what, 0.8, rebuilt)
 
 
-def _body(
-    right: RightEquations, mechanism: Mechanism, body: Body, still: EquationValues
+class _Piece(NamedTuple):
+    """A body, or one of the pieces that it is made of."""
+
+    body: Body
+    place: int  # index of its shape among those of the body
+    said: str  # its name in words
+
+    @property
+    def shape(self) -> Shape:
+        """Its mass, center and inertia."""
+        return self.body.shapes[self.place]
+
+    def put(self, mechanism: Mechanism, shape: Shape) -> Mechanism:
+        """Return a mechanism with another shape in its place."""
+        shapes = (*self.body.shapes[: self.place], shape, *self.body.shapes[self.place + 1 :])
+        changed = Body(self.body.name, *shapes, as_given=self.body.as_given)
+        bodies = (changed if b.name == changed.name else b for b in mechanism.bodies)
+        return replace(mechanism, bodies=tuple(bodies))
+
+
+def _list_pieces(mechanism: Mechanism) -> list[_Piece]:
+    """Return the bodies, those of a few pieces by their pieces."""
+    pieces = []
+    for body in mechanism.bodies:
+        heavy = [k for k, shape in enumerate(body.shapes) if plain(shape.mass) != 0]
+        if 1 < len(heavy) <= _MOST_PIECES:
+            for k in heavy:
+                shape = body.shapes[k]
+                said = f"the {shape.form or 'piece'} {shape.mass} of {body.name!r}"
+                pieces.append(_Piece(body, k, said))
+        elif heavy:
+            pieces.append(_Piece(body.replace(), 0, repr(body.name)))
+    return pieces
+
+
+def _piece(
+    right: RightEquations, mechanism: Mechanism, piece: _Piece, still: EquationValues
 ) -> Iterator[tuple[str, float, str, EquationValues]]:
-    """Yield mistakes about a body, "{}": inertia about center or joint, Steiner's term, weight."""
-    bare = right.split(_with_body(mechanism, body.replace(inertia=(0.0,) * 6)))
-    gone = right.split(_with_body(mechanism, body.replace(mass=0.0, inertia=(0.0,) * 6)))
+    """Yield mistakes about a piece, "{}": inertia about center or joint, Steiner's term, weight."""
+    shape = piece.shape
+    point = replace(shape, inertia=_NONE)
+    bare = right.split(piece.put(mechanism, point))
+    gone = right.split(piece.put(mechanism, replace(point, mass=0.0)))
     if bare is None or gone is None:
         return
     terms = right.terms
@@ -513,7 +585,7 @@ def _body(
             "of the center"
         )
         # each change of a closed mechanism takes long to derive
-        turning = None if mechanism.constrained else _turn_about_joint(right, mechanism, body)
+        turning = None if mechanism.constrained else _turn_about_joint(right, mechanism, piece)
         # what is dropped of a body whose center is in its joint may as well be a term
         likely = 0.8 if turning else 1.15
         turning = turning or moving
@@ -524,40 +596,41 @@ def _body(
             ("parallel axis", likely, about, terms.plus(turning, -1)),
             ("parallel axis", likely + 0.1, steiner, terms.plus(turning)),
         ]
-        if any(plain(x) for x in body.center):
-            mistakes += _at_end(right, mechanism, body, (particle, still))
+        if any(plain(x) for x in shape.center):
+            mistakes += _at_end(right, mechanism, piece, (particle, still))
     yield from mistakes
 
 
 def _turn_about_joint(
-    right: RightEquations, mechanism: Mechanism, body: Body
+    right: RightEquations, mechanism: Mechanism, piece: _Piece
 ) -> EquationValues | None:
     """Return the terms of Steiner's part of the inertia about the joint, None if it is zero."""
-    x, y, z = body.center
+    x, y, z = piece.shape.center
     squares = (y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)
     if not any(plain(entry) for entry in squares):
         return None
-    pairs = zip(body.inertia, squares, strict=True)
-    more = tuple(own + body.mass * square for own, square in pairs)
-    changed = right.rebuild(_with_body(mechanism, body.replace(inertia=more)))
+    pairs = zip(piece.shape.inertia, squares, strict=True)
+    more = tuple(own + piece.shape.mass * square for own, square in pairs)
+    changed = right.rebuild(piece.put(mechanism, replace(piece.shape, inertia=more)))
     return changed.plus(right.terms, -1) if changed else None
 
 
 def _at_end(
     right: RightEquations,
     mechanism: Mechanism,
-    body: Body,
+    piece: _Piece,
     known: tuple[EquationValues, EquationValues],
 ) -> Iterator[tuple[str, float, str, EquationValues]]:
-    """Yield a body with its mass, or with its weight alone, at its end."""
+    """Yield a piece with its mass, or with its weight alone, at its end."""
     particle, still = known
-    far = body.replace(center=tuple(2 * x for x in body.center))
-    point = right.rebuild(_with_body(mechanism, far.replace(inertia=(0.0,) * 6)))
+    x, y, z = piece.shape.center
+    far = replace(piece.shape, center=(2 * x, 2 * y, 2 * z))
+    point = right.rebuild(piece.put(mechanism, replace(far, inertia=_NONE)))
     # along the axis about which it turns, its end is no other place than its center
     if point is not None and _differ(point.M, particle.M):
         what = "{} is taken for a point mass at its end instead of a body with inertia"
         yield "point mass", 0.9, what, point
-    there = right.split(_with_body(mechanism, far))
+    there = right.split(piece.put(mechanism, far))
     if there is not None and point is not None and _differ(point.M, particle.M):
         inertia_alone = point.plus(there[1], -1).plus(right.terms).plus(still, -1)
         yield (
@@ -574,11 +647,6 @@ def _at_end(
 def _differ(M: Array, changed: Array) -> bool:
     """Whether two mass matrices differ by more than rounding."""
     return bool(np.abs(M - changed).max() > _FELT * np.abs(M).max())
-
-
-def _with_body(mechanism: Mechanism, body: Body) -> Mechanism:
-    bodies = tuple(body if present.name == body.name else present for present in mechanism.bodies)
-    return replace(mechanism, bodies=bodies)
 
 
 _MOST_CHOICES = 60
@@ -722,7 +790,7 @@ class Hypotheses:
         if self._truth.mechanism.constrained:
             hypotheses += mistake_constraints(right)
         else:
-            hypotheses += [*mistake_angles(right), *linearize(right)]
+            hypotheses += [*mistake_angles(right), *linearize(right), *mistake_velocities(right)]
         return hypotheses
 
     @property

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import chain, combinations, pairwise
+from itertools import chain, combinations, pairwise, product
 from types import MappingProxyType
 from typing import TypeAlias, final
 
@@ -31,6 +31,7 @@ from mecanique.checking.grammar.tree import (
     rename,
 )
 from mecanique.checking.judgement.equilibria import judge_positions
+from mecanique.checking.judgement.formula import find_rounding
 from mecanique.checking.judgement.motion import Residual
 from mecanique.checking.judgement.quantities import ENERGIES, AskedQuantity, measure, roll
 from mecanique.checking.judgement.truth import Truth
@@ -88,8 +89,13 @@ class QuantityMistakes:
             if quantity.kind != "several":
                 explains = _holds(residual, claims)
             else:
-                every = all if is_repeated(residual.root, quantity) else any
-                explains = every(_holds(residual, [claim]) for claim in claims)
+                repeated = is_repeated(residual.root, quantity)
+                if repeated and mistake.kind == "simple system":
+                    continue  # other roots of a polynomial may be right
+                every = all if repeated else any
+                explains = every(
+                    _holds(residual, [claim]) or _is_rounded(residual, claim) for claim in claims
+                )
             if explains:
                 yield mistake
 
@@ -161,7 +167,10 @@ class QuantityMistakes:
         turning = sorted(angles(truth.mechanism) & names)
         for some in [(name,) for name in turning] + [tuple(turning)] * (len(turning) > 1):
             said = "every angle" if some[1:] else some[0]
-            text = f"{said} is counted from a line at right angles to the one in question"
+            text = (
+                f"{said} is counted from a line at right angles to the one in question: sin and "
+                "cos are exchanged"
+            )
             for turned in (-np.pi / 2, np.pi / 2):
                 yield text, 1.6, partial(_turn_letters, some, turned), np.eye(len(truth.velocities))
 
@@ -249,12 +258,31 @@ class QuantityMistakes:
         for omega in quantity.values:
             for weight, text, values in _other_measures(omega, letters):
                 yield Mistake("measure", text, "", weight), [{**known, **values}]
+            for scale, said in ((0.5, "half of"), (2.0, "twice")):
+                values = {name: v * scale for name, v in measure(omega, letters).items()}
+                text = f"it is {said} what it should be"
+                yield Mistake("factor", text, "", 1.45), [{**known, **values}]
         for kind, text, several in quantity.slips:
             for omega in several:
                 yield Mistake(kind, text, "", 0.7), [{**known, **measure(omega, letters)}]
+        for text, omega in self._list_simple():
+            yield Mistake("simple system", text, "", 2.05), [{**known, **measure(omega, letters)}]
         if len(quantity.values) <= _MOST_MODES:
             for mistake, wrong in self._frequencies(quantity.position):
                 yield mistake, [{**known, **measure(omega, letters)} for omega in wrong]
+
+    def _list_simple(self) -> Iterator[tuple[str, Array]]:
+        """Yield the frequencies of a point mass on a rod or a spring alone, by their letters."""
+        values = self._truth.sample.values
+        of: dict[str, list[str]] = {"m/s²": [], "m": [], "N/m": [], "kg": []}
+        for name, unit in self._units.items():
+            of.setdefault(unit, []).append(name)
+        for g, l in product(of["m/s²"], of["m"]):
+            text = f"it is that of a simple pendulum, a point mass on a massless rod of length {l}"
+            yield text, np.sqrt(values[g] / values[l])
+        for k, m in product(of["N/m"], of["kg"]):
+            text = f"it is that of a point mass {m} on a spring {k} alone"
+            yield text, np.sqrt(values[k] / values[m])
 
     def _frequencies(self, position: Mapping[str, Array]) -> Iterator[tuple[Mistake, list[Array]]]:
         """Yield the frequencies that mistakes lead to, those that differ from the right ones."""
@@ -357,6 +385,7 @@ class QuantityMistakes:
                 "T2 − T0 + V, with the terms of T by their degree in the velocities"
             )
             yield Mistake("Jacobi", text, "", 0.5)
+        yield from self._find_momentum(first.whole, lagrange)
         for mistake, changed in mutate(root, written, self._units):
             spend()
             try:
@@ -367,6 +396,18 @@ class QuantityMistakes:
             constant = (np.abs(values.whole) <= _CONSERVED * values.size).all()
             if constant and values.size.any():
                 yield mistake
+
+    def _find_momentum(self, given: Array, lagrange: Lagrange) -> Iterator[Mistake]:
+        """Yield that a quantity is a momentum, or a multiple of it, if it is."""
+        for velocity in self._truth.velocities:
+            ratio = given / self._truth.at({})(lagrange.T.diff(velocity))
+            if np.isfinite(ratio).all() and np.ptp(ratio) <= _ALIKE * np.abs(ratio).max():
+                name = velocity.removesuffix("'")
+                text = (
+                    f"it is the momentum of {name}: only momenta of coordinates that L does not "
+                    "depend on are conserved"
+                )
+                yield Mistake("momentum", text, "", 1.2)
 
 
 def _key(hypothesis: WrongDerivation) -> tuple[str, str, int, Series | None]:
@@ -405,6 +446,12 @@ def _holds(residual: Residual, claims: Claims) -> bool:
     ]
     compared = [values[np.isfinite(values)] for values in relative or [tables[0].relative]]
     return len(compared[0]) > 0 and all((values <= _ALIKE).all() for values in compared)
+
+
+def _is_rounded(residual: Residual, claim: Mapping[str, Array]) -> bool:
+    """Whether a formula holds up to the digits of a number where letters have these values."""
+    claimed = replace(residual, sample=replace(residual.sample, values=claim))
+    return bool(find_rounding(claimed, residual.statement.text))
 
 
 def _other_measures(

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from itertools import chain, permutations
+from itertools import chain, combinations, permutations
 from types import MappingProxyType
 from typing import TypeAlias, final
 
@@ -233,6 +233,10 @@ class FormulaPart:
             return ""
         return f"in '{node.quote(self.text)}' "
 
+    def quote_of(self, node: Node) -> str:
+        """Return another part as it was written."""
+        return node.quote(self.text)
+
     def values_of(self, place: int) -> Array:
         """Return the present values of another part, where both of this one are known."""
         return self.residual.values.parts[place][self.usable]
@@ -293,6 +297,10 @@ def _vary_wave(part: FormulaPart) -> Iterator[_Candidate]:
     yield swapped(inner), "sin for cos", f"{said} {turned}", 1.0
     if not part.is_squared:
         yield -swapped(inner), "sin for cos", f"{said} −{turned}", 1.3
+    if "2" in (numbers := [part.quote_of(p) for p in argument.parts]) and name != "tan":
+        half = " ".join(text for text in numbers if text != "2")
+        text = f"{said} {name}({half})^2: a square is not a double angle"
+        yield written(inner / 2) ** 2, "power", text, 1.0
     degrees = (np.radians(inner), np.degrees(inner))
     for angle in degrees:
         text = f"'{part.quoted}' {part.where}is taken in degrees: angles are in radians"
@@ -321,6 +329,11 @@ def _vary_power(part: FormulaPart) -> Iterator[_Candidate]:
         yield np.asarray(value, dtype=float), "power", f"{said} {right}", 1.5
     if exponent_node.value != 2:
         return
+    if letter.kind == "call" and letter.name in ("sin", "cos"):
+        inner = part.values_of(part.tape.parts[place][0])
+        argument = letter.parts[0].quote(part.text)
+        text = f"{said} {letter.name}(2 {argument}): a square is not a double angle"
+        yield _WAVES[letter.name](2 * inner), "power", text, 1.2
     if letter.kind == "sum":
         squares = [_find_sign(part, k) * part.values_of(k) ** 2 for k in part.tape.parts[place]]
         yield np.sum(np.abs(squares), axis=0), "power", f"{said} the sum of the squares", 1.2
@@ -354,6 +367,21 @@ def _vary_roots(part: FormulaPart) -> Iterator[_Candidate]:
         yield np.sqrt(np.sum(squares, axis=0)), "power", text, 1.2
 
 
+def _vary_product(part: FormulaPart) -> Iterator[_Candidate]:
+    """Yield what a product may stand for: with the squares of two letters for their product."""
+    units, values = part.context.units, part.context.values
+    letters = [node.name for node in part.node.parts if node.name in units]
+    for first, second in combinations(letters, 2):
+        if units[first] == units[second]:
+            a, b = values[first][part.usable], values[second][part.usable]
+            for sign in "+-":
+                squares = a**2 + b**2 if sign == "+" else a**2 - b**2
+                text = (
+                    f"'{first} {second}' in '{part.quoted}' should be {first}^2 {sign} {second}^2"
+                )
+                yield part.have * squares / (a * b), "power", text, 1.2
+
+
 def _vary_sum(part: FormulaPart) -> Iterator[_Candidate]:
     """Yield what a sum may stand for: its sine, one with a letter more, a square or a root."""
     yield from _vary_roots(part)
@@ -363,10 +391,11 @@ def _vary_sum(part: FormulaPart) -> Iterator[_Candidate]:
         text = f"'{part.quoted}' should be its sine: the angle is assumed to be small"
         yield np.sin(part.have), "small angle", text, 1.0
     units = {context.units[name] for name in letters if name in context.units}
-    masses = [name for name in sorted(letters) if context.units.get(name) == "kg"]
-    if len(masses) == len(letters) == len(part.node.parts) == 2:
-        first, second = masses
-        reduced = f"the reduced mass {first} {second}/({first} + {second})"
+    alike = [name for name in sorted(letters) if name in context.units]
+    if len(alike) == len(part.node.parts) == 2 and len(units) == 1:
+        first, second = alike
+        known = {"kg": "the reduced mass ", "N/m": "that of springs in series, "}
+        reduced = f"{known.get(context.units[first], '')}{first} {second}/({first} + {second})"
         product = context.values[first] * context.values[second]
         yield product[part.usable] / part.have, "mass", f"'{part.quoted}' should be {reduced}", 1.4
     if len(units) == 1 and part.tape.parents[part.place] >= 0:
@@ -476,6 +505,12 @@ def _scale(part: FormulaPart, ratio: float) -> Iterator[Mistake]:
     elif close and factor in _INERTIAS and _is_inertial(part):
         text = f"the term '{part.quoted}' should be {factor} times as large: {_INERTIAS[factor]}"
         yield Mistake("inertia", text, part.quoted, 1.5)
+    elif abs(ratio * (numbers := _multiply_numbers(part.node)) ** 2 - 1) < ALIKE:
+        said = Fraction(numbers).limit_denominator(SIMPLE)
+        text = f"the ratio in '{part.quoted}' is upside down"
+        if abs(said / numbers - 1) < ALIKE:
+            text += f": it should be {1 / said}, not {said}"
+        yield Mistake("inverted", text, part.quoted, 1.6)
     elif close and factor > 0:
         # a product of two slips is no simple factor
         weight = 1.4 if max(factor.numerator, factor.denominator) <= _USUAL else 2.3
@@ -492,10 +527,26 @@ def _scale(part: FormulaPart, ratio: float) -> Iterator[Mistake]:
         yield Mistake("factor", text, part.quoted, 2.6)
 
 
+def _multiply_numbers(node: Node) -> float:
+    """Return the number by which a product or quotient multiplies its letters."""
+    match node.kind:
+        case "number":
+            return abs(float(node.value)) or 1.0
+        case "product" | "negative":
+            return math.prod(map(_multiply_numbers, node.parts))
+        case "quotient":
+            return _multiply_numbers(node.parts[0]) / _multiply_numbers(node.parts[1])
+        case "call" if node.name == "sqrt":
+            return math.sqrt(_multiply_numbers(node.parts[0]))
+    return 1.0
+
+
 _USUAL = 6
 """Factors of slips have a numerator and a denominator up to this."""
 
 _TURNS = {
+    "pi": math.pi,
+    "1/pi": 1 / math.pi,
     "2 pi": 2 * math.pi,
     "1/(2 pi)": 0.5 / math.pi,
     "4 pi^2": 4 * math.pi**2,
@@ -547,10 +598,8 @@ def repairs(
         spend()
         parent = tape.parents[k]
         # the factors of what is explained would need the same change
-        again = parent in explained and tape.nodes[parent].kind in (
-            "product",
-            "quotient",
-            "negative",
+        again = tape.nodes[k].name != "pi" and (
+            parent in explained and tape.nodes[parent].kind in ("product", "quotient", "negative")
         )
         if again:
             explained.add(k)
@@ -585,7 +634,12 @@ def _find(part: FormulaPart) -> Iterator[Mistake]:
     node = part.node
     if node.kind == "number":
         yield from repair_number(part)
-    vary = {"letter": _vary_letter, "power": _vary_power, "sum": _vary_sum}.get(node.kind)
+    vary = {
+        "letter": _vary_letter,
+        "power": _vary_power,
+        "product": _vary_product,
+        "sum": _vary_sum,
+    }.get(node.kind)
     if node.kind == "call" and node.name in _WAVES:
         vary = _vary_wave
     yield from _take(chain(vary(part) if vary else (), _invert(part)), part)
