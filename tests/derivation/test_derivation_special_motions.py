@@ -79,6 +79,14 @@ def test_a_rest_that_is_not_at_zero_follows_from_linear_equations() -> None:
     ]
 
 
+def test_a_rest_that_a_length_hides_ends_the_derivation_without_it() -> None:
+    """A slider hangs by a spring from beside its track: its rest is within a square root."""
+    bodies = mq.Body("ground"), mq.Body("slider", mq.particle(1.0))
+    track = mq.Prismatic("track", "ground", "slider", axis=(0, 0, 1), coordinate="z")
+    coil = mq.Spring("coil", "ground", (1, 0, 0), "slider", (0, 0, 0), 3.0, 0.5)
+    assert not answers(mq.Mechanism("beside", bodies, (track,), forces=(coil,)))
+
+
 def test_what_meets_no_force_leaves_one_frequency() -> None:
     """Of Furuta's pendulum with a free arm, a rod of mass M and a particle m: det (K - s M) = 0."""
     assert lines("furuta_pendulum", "Small motions")[-1] == "omega^2 = (M + 3 m) g/(M l)"

@@ -256,7 +256,9 @@ def _find_rest(derivation: Derivation) -> dict[str, Series]:
         below = determinant(ring, slopes)
         for name, above in zip(free, cramer(ring, slopes, [-x for x in rests]), strict=True):
             place[name] = tidy(above / below)
-        if any(balance(Substitution(place | still, values))):
+        # a coordinate that is within a function, too, is not solved for
+        implicit = any(g.name in free for name in free for g in place[name].generators())
+        if implicit or any(balance(Substitution(place | still, values))):
             raise DerivationError("its rest is not at zero, nor given by linear equations")
     return place
 
