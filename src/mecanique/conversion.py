@@ -245,17 +245,22 @@ def _bounds_apart(mechanism: Mechanism, result: Mechanism) -> Iterator[float]:
 
 
 def _gaps(mechanism: Mechanism, engine: Reference, q: Array) -> Array:
-    """Return where each loop's second frame is in its first: same gaps, same rank, same forces."""
+    """Return how far each loop is from closed: same gaps, same rank, same forces."""
     poses = []
     # a format may name loops otherwise, but keeps the order of those of a kind
     for loop in sorted(mechanism.loops, key=lambda loop: loop.kind):
-        ends = []
-        for body, frame in ((loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b)):
-            place = mechanism.matrix(frame)
-            ends.append(np.array([engine.pose(body, state) @ place for state in q]))
-        gap = np.linalg.inv(ends[0]) @ ends[1]
-        # about what turns freely the frames of the result may be turned
-        poses.append({"ball": gap[:, :3, 3], "hinge": gap[:, :3, 2:]}.get(loop.kind, gap))
+        first, second = mechanism.matrix(loop.frame_a), mechanism.matrix(loop.frame_b)
+        bodies = [np.array([engine.pose(body, state) for state in q]) for body in loop.bodies]
+        relative = np.linalg.inv(bodies[0]) @ bodies[1] @ second
+        # in the axes of the body, as frames may be turned about what turns freely
+        apart = (relative - first)[:, :3]
+        if loop.kind == "distance":
+            length = mechanism.evaluate(loop.length)
+            poses.append(np.linalg.norm(apart[..., 3], axis=1) - length)
+        elif loop.kind in ("ball", "hinge"):
+            poses.append(apart[..., 3 if loop.kind == "ball" else 2 :])
+        else:
+            poses.append(np.linalg.inv(first) @ relative)
     flat = [pose.reshape(len(q), -1) for pose in poses]
     return np.hstack(flat) if flat else np.zeros((len(q), 0))
 

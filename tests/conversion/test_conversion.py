@@ -16,6 +16,7 @@ from mecanique.cli import app
 from mecanique.formats.mjcf import write_mjcf
 from mecanique.formats.scope import SCOPES, Form
 from mecanique.model.bodies.body import Shape
+from mecanique.model.constraints.loops import Kind
 from mecanique.verification.engines import ENGINES
 
 ARM = """<sdf version="1.9"><model name="m"><link name="a"><pose>0 0 1 0.1 0.2 0.3</pose></link>
@@ -402,3 +403,30 @@ def test_loops_are_compared_in_their_order_whatever_their_names(form: Form) -> N
     text = f"<mujoco><worldbody>{arms}</worldbody><equality>{ties}</equality></mujoco>"
     conversion = mq.convert(mq.read(text), form, states=5)
     assert conversion.proved, str(conversion)
+
+
+@pytest.mark.parametrize(
+    ("kind", "form"), [("ball", "URDF"), ("ball", "MJCF"), ("distance", "URDF")]
+)
+def test_frames_of_loops_may_be_turned_about_what_turns_freely(kind: Kind, form: Form) -> None:
+    """The result may state other axes of the same joint."""
+    four_bar = mq.textbook.load("four_bar_linkage")
+    (loop,) = four_bar.loops
+    length = 1.5 if kind == "distance" else 0.0
+    turned = replace(loop.frame_a, rpy=(0.3, 0.2, 0.4))
+    tilted = replace(loop, kind=kind, length=length, frame_a=turned)
+    assert mq.convert(replace(four_bar, loops=(tilted,)), form, states=3).worst < 1e-12
+
+
+def test_a_length_that_differs_is_not_proved(monkeypatch: pytest.MonkeyPatch) -> None:
+    four_bar = mq.textbook.load("four_bar_linkage")
+    right, wrong = (
+        replace(
+            four_bar,
+            loops=(mq.Loop.distance("bar", "crank", (1, 0, 0), "ground", (0, 0, 2), length),),
+        )
+        for length in (1.5, 1.6)
+    )
+    written = room.write_urdf(wrong)
+    monkeypatch.setitem(room._WRITERS, "URDF", lambda _: written)
+    assert mq.convert(right, "URDF", states=3).worst > 1e-3

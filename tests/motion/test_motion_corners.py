@@ -330,6 +330,24 @@ def test_what_sticks_together_breaks_away_at_the_sum_of_its_friction() -> None:
     assert motion["x"][-1] == pytest.approx(1.0 / 3.0, rel=1e-9, abs=0.0)
 
 
+def test_a_stop_bears_what_friction_beside_it_cannot() -> None:
+    """Pushed by 3 sin t against a stop with a brake of 1 N, a block leaves at sin t = −1/3."""
+    push = mq.Input("F", lambda t: 3.0 * math.sin(t), "N", "push")
+    brake, wall = mq.Friction("brake", "slide", 1.0, 1.0), mq.Stop("wall", "slide", 0.0)
+    block = replace(slider(brake, wall), inputs=(push,))
+    block = replace(block, forces=(mq.JointForce("push", "slide", push),))
+    motion = mq.simulate(block, duration=4.0)
+    assert [mode.states for mode in motion.modes] == [
+        {"brake": "sticks", "wall": "open"},
+        {"brake": "sticks", "wall": "closed"},
+        {"brake": "slips -", "wall": "open"},
+    ]
+    begin = math.pi + math.asin(1 / 3)
+    assert motion.modes[-1].begin == pytest.approx(begin, rel=1e-9, abs=0.0)
+    rate = 3.0 * (math.cos(begin) - math.cos(4.0)) + 4.0 - begin
+    np.testing.assert_allclose(motion.v[-1], [rate], rtol=1e-9, atol=0)
+
+
 def test_a_clutch_slips_and_locks() -> None:
     """Torque T between I₁ and I₂ at first ω and 0: locked after ω/(T (1/I₁ + 1/I₂))."""
     drive, load, torque, rate = 0.5, 0.2, 3.0, 40.0

@@ -402,7 +402,10 @@ class Corners:
             else:
                 touching[k] = False
         elif not shared and state.name == STICKS:
-            forbidden = frozenset({(k, STICKS)})
+            if any(near and s.name == OPEN for near, s in zip(touching, mode, strict=True)):
+                self._ended |= {mode}  # what touches and is open may hold it from here on
+            else:
+                forbidden = frozenset({(k, STICKS)})
         elif not shared and not self._is_turning(terms, k, v, state):
             # the slip, which is zero to rounding, is zero
             y = self._project(t, y, (*mode[:k], ElementState(STICKS), *mode[k + 1 :]))
