@@ -92,7 +92,7 @@ ORDER: dict[str, list[str]] = {
         "symbolic",
         "linear switching",
         "rotations",
-        "answers",
+        "special_motions",
         "glossary",
         "special_motions",
         "document stability",

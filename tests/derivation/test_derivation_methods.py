@@ -114,7 +114,7 @@ def test_the_methods_give_the_series_of_lagrange(
     [
         ("bars_and_springs", ["length of spring_B [m]", "length of spring_F [m]"]),
         ("coupled_pendulums", ["length of spring [m]"]),
-        ("squeezer", ["root in the length of spring"]),
+        ("squeezer", ["length of spring [m]"]),
         ("two_blocks", ["the length of spring1", "the length of spring2"]),
         ("base_excited_mass", ["the length of spring"]),
         ("kepler_orbit", ["the length of attraction"]),
