@@ -1,16 +1,29 @@
-"""Mechanisms that leave sides with ends: a sled, a block and a ball on a table, for many tests."""
+"""Mechanisms for tests of sides: three leave a table, and a particle slides to a wall."""
 
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 import mecanique as mq
 from mecanique.model.constraints.friction import Switching
 
-__all__ = ["TABLE", "make_ball", "make_block", "make_sled", "move_in_plane"]
+__all__ = [
+    "CORNER",
+    "TABLE",
+    "make_ball",
+    "make_block",
+    "make_corner",
+    "make_rod",
+    "make_sled",
+    "move_in_plane",
+]
 
 TABLE = 2.0
 """Length of the table [m], which ends at x = 0."""
+
+CORNER = {"x": -0.3, "z": 0.3 * math.tan(math.pi / 6)}
+"""A place on the slope to the foot of which a particle slides."""
 
 _TOP = mq.Placement((-TABLE / 2, 0, 0))
 
@@ -43,6 +56,12 @@ def make_block(width: float, height: float, mu: float) -> mq.Mechanism:
     )
 
 
+def make_rod(law: Literal["newton", "poisson"]) -> mq.Mechanism:
+    """Return a rod of 1 kg and 1 m that falls on its rough end, x + 1/2 from its center."""
+    end = mq.Contact("end", "body", center=(-0.5, 0, 0), mu=0.3, restitution=0.5, law=law)
+    return move_in_plane(mq.box(1.0, (1.0, 0.1, 0.1)), end)
+
+
 def make_ball(radius: float, mu: float) -> mq.Mechanism:
     """Return a ball of 1 kg on a table, whose edge is a point in the plane of motion."""
     about = mq.Placement((0, 0, radius))
@@ -55,10 +74,27 @@ def make_ball(radius: float, mu: float) -> mq.Mechanism:
 
 def make_sled(width: float) -> mq.Mechanism:
     """Return a block of 1 kg and no height that does not turn, on its front corner and the edge."""
+    _, *contacts = _support("p", (width, 0.0), 0.0)
+    return _move_particle("sled", *contacts)
+
+
+def make_corner(mu: float) -> mq.Mechanism:
+    """Return a particle of 1 kg on a slope of 30°, at whose foot in the origin it meets a wall."""
+    slope, wall = (
+        mq.Placement((0, 0, 0), (0, math.pi / 6, 0)),
+        mq.Placement((0, 0, 0), (0, -math.pi / 2, 0)),
+    )
+    return _move_particle(
+        "corner",
+        mq.Contact("slope", "p", plane=slope, mu=mu),
+        mq.Contact("wall", "p", plane=wall, mu=mu, restitution=0.5),
+    )
+
+
+def _move_particle(name: str, *switching: Switching) -> mq.Mechanism:
     bodies = mq.Body("ground"), mq.Body("carriage", mq.massless()), mq.Body("p", mq.particle(1.0))
     joints = (
         mq.Prismatic("x", "ground", "carriage", axis=(1, 0, 0)),
         mq.Prismatic("z", "carriage", "p", axis=(0, 0, 1)),
     )
-    _, *contacts = _support("p", (width, 0.0), 0.0)
-    return mq.Mechanism("sled", bodies, joints, switching=tuple(contacts))
+    return mq.Mechanism(name, bodies, joints, switching=switching)

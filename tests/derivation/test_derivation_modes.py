@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
-from sides import make_sled
+from sides import make_corner, make_sled
 
 import mecanique as mq
 from mecanique.derivation.mechanics.switching import OPEN, SLIPS, STICKS, ElementState, Mode
@@ -458,3 +458,11 @@ def test_a_coefficient_after_stribeck_is_written_with_its_rate() -> None:
     for speed in (0.1, 0.4, 2.0):
         expected = -2.0 * (0.2 + 0.1 * math.exp(-((speed / 0.5) ** 2)))
         assert float(forward.subs(rate, speed)) == pytest.approx(expected, rel=1e-12, abs=0)
+
+
+def test_roots_of_angles_are_solved_for_as_letters() -> None:
+    """A slope of 30° has the sine 1/2 and the cosine √3/2."""
+    slides = mq.derive_modes(make_corner(0.2))["slips +", "open"]
+    along = 9.81 * (0.5 - 0.2 * np.sqrt(0.75))
+    assert float(slides.accelerations["x''"]) == pytest.approx(along * np.sqrt(0.75), rel=1e-9)
+    assert float(slides.accelerations["z''"]) == pytest.approx(-along / 2, rel=1e-9)

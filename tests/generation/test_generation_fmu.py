@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sides import make_sled
+from sides import CORNER, make_corner, make_rod, make_sled
 
 import mecanique as mq
 from mecanique.generation import dop853
@@ -301,6 +301,40 @@ def test_a_model_s_sled_falls_when_its_end_passes_the_edge(tmp_path: Path) -> No
         falls = np.maximum(found["time"] - 0.35, 0.0)
         assert np.abs(found["z"] + 9.81 / 2 * falls**2).max() < most
         assert {*found["state[front]"]} == {*found["state[lip]"]} == {0, 1}
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.2])
+def test_a_model_ends_bounces_while_another_contact_is_held(mu: float, tmp_path: Path) -> None:
+    """Bounces between a slope and a wall end, with e = 1/2, at thrice the time of the first."""
+    corner, first = make_corner(mu), np.sqrt(4 * 0.3 / np.cos(np.pi / 6) / 9.81)
+    modes = mq.derive_modes(corner)
+    path = mq.generate(modes, "fmu", q=CORNER, samples=4).write(tmp_path)[0]
+    motion = mq.simulate(corner, q=CORNER, duration=1.5, rtol=1e-12)
+    found = fmpy.simulate_fmu(
+        str(path), fmi_type="CoSimulation", stop_time=1.5, output_interval=0.0005
+    )
+    exact = motion(np.minimum(found["time"], 1.5)).q
+    np.testing.assert_allclose(np.array([found["x"], found["z"]]).T, exact, rtol=0, atol=1e-10)
+    assert found["state[slope]"][-1] == found["state[wall]"][-1] == 1
+    if mu == 0:
+        rests = found["time"][found["state[wall]"] == 1][0]
+        assert rests == pytest.approx(3 * first, rel=0, abs=0.0005)
+
+
+def test_a_model_has_poissons_impacts(tmp_path: Path) -> None:
+    """A rod sticks as it is compressed and is pushed forwards by the expansion, or slips."""
+    q, v = {"z": 0.9, "th": 1.2}, {"x": -1.0, "th": 1.0}
+    modes = mq.derive_modes(make_rod("poisson"))
+    code = mq.generate(modes, "fmu", q=q, v=v, samples=4)
+    assert code.verdict is not None
+    assert code.verdict.worst["impact_end_sticks_then_slips_plus"] < 1e-12
+    ends = {}
+    for law in ("newton", "poisson"):
+        ends[law] = mq.simulate(make_rod(law), q=q, v=v, duration=0.45, rtol=1e-12)(0.45).q
+    found = fmpy.simulate_fmu(str(code.write(tmp_path)[0]), fmi_type="CoSimulation", stop_time=0.45)
+    last = [found[name][-1] for name in ("x", "z", "th")]
+    np.testing.assert_allclose(last, ends["poisson"], rtol=0, atol=1e-9)
+    assert np.abs(ends["newton"] - ends["poisson"]).max() > 1e-3
 
 
 def test_a_model_says_what_comes_in_below_a_side(tmp_path: Path) -> None:

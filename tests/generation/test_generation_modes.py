@@ -248,11 +248,6 @@ def test_modes_too_long_to_be_read_are_written_in_steps() -> None:
 
 def test_what_no_code_can_hold_is_refused() -> None:
     ball = mq.textbook.load("bouncing_ball")
-    (floor,) = ball.switching
-    assert isinstance(floor, mq.Contact)
-    poisson = replace(ball, switching=(replace(floor, law="poisson"),))
-    with pytest.raises(mq.DerivationError, match="of 'floor' follow Poisson's law, which an FMU"):
-        mq.generate(mq.derive_modes(poisson), "fmu")
     steps = tuple(mq.Stop(f"s{k}", ball.joints[0].name, at=-1.0 - k, side=-1) for k in range(7))
     with pytest.raises(mq.DerivationError, match=r"has 7 elements that switch, .* at most 6"):
         mq.generate(mq.derive_modes(replace(ball, switching=steps), most=128), "fmu")

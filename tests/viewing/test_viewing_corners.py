@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sides import make_ball, make_block, make_sled, move_in_plane
+from sides import CORNER, make_ball, make_block, make_corner, make_rod, make_sled, move_in_plane
 from viewing_browser import Visit
 from viewing_engines import SCRIPTS, engine_of, needs_node, run
 
@@ -184,6 +184,25 @@ def test_a_page_computes_what_leaves_a_side_as_python_does(name: str, tmp_path: 
 
 
 @needs_node
+@pytest.mark.parametrize("mu", [0.0, 0.2])
+def test_a_page_ends_bounces_while_another_contact_is_held(mu: float, tmp_path: Path) -> None:
+    """Of what rests between two rough planes friction is not determined, and nothing slips."""
+    motion = mq.simulate(make_corner(mu), q=CORNER, duration=1.5, rtol=1e-12)
+    times = [0.3, 0.6, 0.9, 1.2, 1.5]
+    (computed,) = run(
+        [{"engine": asdict(engine_of(motion)), "rtol": 1e-11, "times": times}], tmp_path
+    )
+    known = motion(times)
+    states = np.array(computed["states"])[:, :4]
+    assert computed["stopped"] == ""
+    assert computed["steps"] < 1000
+    np.testing.assert_allclose(states, np.hstack([known.q, known.v]), rtol=0, atol=1e-11)
+    assert computed["strips"] == [
+        [name, motion.modes[-1].states[name]] for name in ("slope", "wall")
+    ]
+
+
+@needs_node
 def test_a_page_stops_where_something_comes_in_below_a_side(tmp_path: Path) -> None:
     top = make_ball(0.1, 0.0).switching[:1]
     motion = mq.simulate(
@@ -216,16 +235,31 @@ def test_a_page_of_painlevés_rod_stops_where_no_mode_follows(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
-    ("name", "reason"),
+    ("q", "v"),
     [
-        ("woodpecker", "the impacts of 'beak' follow Poisson's law"),
-        ("tippe_top", "'floor' slips in space"),
+        ({"z": 0.9, "th": 0.5}, {"x": 1.0, "th": 1.0}),
+        ({"z": 0.9, "th": 1.2}, {"x": -1.0, "th": 1.0}),
     ],
 )
-def test_a_page_says_which_corners_it_only_plays(name: str, reason: str) -> None:
-    motion = move(name, 0.02)
-    with pytest.raises(mq.DerivationError, match=reason):
-        engine_of(motion)
+@needs_node
+def test_a_page_has_poissons_impacts(
+    q: dict[str, float], v: dict[str, float], tmp_path: Path
+) -> None:
+    motion = mq.simulate(make_rod("poisson"), q=q, v=v, duration=0.45, rtol=1e-12)
+    times = [0.2, 0.4, 0.45]
+    (computed,) = run(
+        [{"engine": asdict(engine_of(motion)), "rtol": 1e-11, "times": times}], tmp_path
+    )
+    known, lost = motion(times), motion.losses(times)
+    expected = np.hstack([known.q, known.v])
+    states = np.array(computed["states"])
+    np.testing.assert_allclose(states[:, :6], expected, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(states[:, -1], lost["end: impact"], rtol=0, atol=1e-11)
+
+
+def test_a_page_says_which_corners_it_only_plays() -> None:
+    with pytest.raises(mq.DerivationError, match="'floor' slips in space"):
+        engine_of(move("tippe_top", 0.02))
 
 
 SHOWN = """() => [...document.querySelectorAll("#strips .strip")].map((row) => [

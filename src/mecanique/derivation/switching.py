@@ -457,6 +457,7 @@ def _solve(laws: list[Any], unknowns: list[Any], known: dict[Any, Any]) -> dict[
         Float,
         Function,
         Matrix,
+        Pow,
         Rational,
         cos,
         expand_trig,
@@ -472,9 +473,10 @@ def _solve(laws: list[Any], unknowns: list[Any], known: dict[Any, Any]) -> dict[
     whole = Matrix.hstack(matrix, right)
     if any(call.args[0].is_Add for call in whole.atoms(sin, cos)):
         whole = whole.applyfunc(expand_trig)
-    # sines and cosines as letters of their own, and decimals as fractions: sympy has quick exact
-    # arithmetic for fractions of polynomials in letters alone
-    calls = {call: Dummy() for call in whole.atoms(Function)}
+    # sines, cosines and roots as letters of their own, and decimals as fractions: sympy has quick
+    # exact arithmetic for fractions of polynomials in letters alone
+    roots = {power for power in whole.atoms(Pow) if power.is_number and not power.exp.is_integer}
+    calls = {call: Dummy() for call in whole.atoms(Function) | roots}
     decimals = {number: Rational(str(number)) for number in whole.atoms(Float)}
     exact = DomainMatrix.from_Matrix(whole.xreplace(calls).xreplace(decimals)).to_field()
     # without fractions, whose common factors take nearly all of the time to find

@@ -15,10 +15,8 @@ from mecanique.derivation.equations import Equations
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.switching import (
     accelerate,
-    bounce,
     close_contacts,
     name_mode,
-    strike,
 )
 from mecanique.derivation.switching import ModeEquations, Modes, force_symbol, list_letters
 from mecanique.errors import DerivationError, UnknownNameError
@@ -202,12 +200,6 @@ def build_modes(
 
 def _list_corners(mechanism: Mechanism, equations: SwitchingEquations) -> SwitchingTerms:
     """Return what a program needs to find in a state which mode follows."""
-    for element in mechanism.switching:
-        if getattr(element, "law", "newton") != "newton":
-            raise DerivationError(
-                f"the impacts of {element.name!r} follow Poisson's law, which an FMU does not "
-                'have; give it law="newton"'
-            )
     if len(mechanism.switching) > MOST_ELEMENTS:
         raise DerivationError(
             f"mechanism {mechanism.name!r} has {len(mechanism.switching)} elements that switch, "
@@ -272,12 +264,9 @@ def _identify(*words: str) -> str:
 
 def _write_impacts(equations: SwitchingEquations) -> Iterator[Answer]:
     """Yield the velocities after each element's impact, and its impulses, by its friction."""
-    terms, elements = equations.terms, equations.elements
-    for element in filter(lambda element: element.struck, elements):
-        for state in element.states[1:]:
-            mode = name_mode(elements, {element.name: state})
-            drive = strike(terms, bounce(terms, element), elements)
-            changes, impulses = equations.solve(mode, drive)
+    for element in filter(lambda element: element.struck, equations.elements):
+        for state in element.impacts:
+            changes, impulses = equations.bounce(element.name, state)
             after = [v + dv for v, dv in zip(equations.letters.v, changes, strict=True)]
             quantity = Output(
                 name=_identify("impact", element.name, state),

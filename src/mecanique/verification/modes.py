@@ -28,6 +28,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.derivation.mechanics.switching import (
     ElementRows,
+    ModeProblem,
     Terms,
     accelerate,
     bounce,
@@ -37,7 +38,6 @@ from mecanique.derivation.mechanics.switching import (
     list_elements,
     name_mode,
     place_of,
-    strike,
 )
 from mecanique.derivation.numeric.constraints.rows import Held
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
@@ -309,7 +309,7 @@ class _Bench:
         rows: list[Row] = []
         for element in filter(lambda element: element.struck, self.elements):
             judged: list[Row] = []
-            for state in element.states[1:]:
+            for state in element.impacts:
                 judged += self._compare({element.name: state}, struck=element)
             rows += _find_worst(judged, f"impact of {element.name}")
         return rows
@@ -367,13 +367,29 @@ class _Bench:
 
         Of an impact these are changes of velocities and impulses.
         """
+        elements, conditions = self.elements, list[Array]()
+
+        def solve(terms: Terms, state: str, drive: ModeProblem) -> tuple[Array, Array]:
+            of_impact = dict.fromkeys(states, state) if struck else states
+            a, forces, condition = self._solve_state(of_impact, terms, drive)
+            conditions.append(condition)
+            return a, forces
+
+        if struck:
+            (named,) = states.items()
+            a, forces = bounce(terms, elements, named, solve)
+        else:
+            a, forces = solve(terms, "", accelerate(terms, elements))
+        whole = np.concatenate([a, forces[:, self._order]], axis=1)
+        return whole, np.max(conditions, axis=0)
+
+    def _solve_state(
+        self, states: Mapping[str, str], terms: Terms, drive: ModeProblem
+    ) -> tuple[Array, Array, Array]:
+        """Return accelerations, the force along each row, and the system's condition."""
         (n, nv), elements = terms.load.shape, self.elements
         angle = 1.0 + np.arange(n)  # of slip in space, another at each state
         mode = name_mode(elements, states, (np.cos(angle), np.sin(angle)))
-        drive = accelerate(terms, elements)
-        if struck:
-            (element,) = (rows for rows in elements if rows.name in states)
-            drive = strike(terms, bounce(terms, element), elements)
         held = hold(terms, elements, mode, drive)
         size = nv + len(held.rows)
         system, right = np.zeros((n, size, size)), np.zeros((n, size))
@@ -387,8 +403,7 @@ class _Bench:
         if (condition < 1 / EPSILON).all():  # otherwise no digit is known
             solution = np.linalg.solve(system, right[..., None])[..., 0]
         forces = held.known + (solution[:, None, nv:] @ held.friction)[:, 0]
-        whole = np.concatenate([solution[:, :nv], forces[:, self._order]], axis=1)
-        return whole, condition
+        return solution[:, :nv], forces, condition
 
     def _evaluate(self, scalars: Sequence[Any]) -> Array:
         """Return scalars at all states, shape (n, scalars)."""

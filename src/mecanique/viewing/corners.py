@@ -6,7 +6,7 @@ that end a mode and those by which it is one that may follow; the page compares 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from math import prod
@@ -17,24 +17,30 @@ import numpy as np
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.switching import (
     OPEN,
+    STICKS,
     ElementRows,
+    ElementState,
     Mode,
     ModeProblem,
     Scalars,
+    Terms,
     accelerate,
     as_scalars,
     close_contacts,
+    hold,
     list_margins,
     list_present_margins,
     name_mode,
     strike,
 )
 from mecanique.derivation.mechanics.vectors import Triple, add, cross, scale
-from mecanique.derivation.tolerances import SWITCHING
+from mecanique.derivation.tolerances import REDUNDANT, SWITCHING
 from mecanique.errors import DerivationError, MecaniqueError
+from mecanique.generation.build import assemble
 from mecanique.generation.mechanics.constrained import inputs_at
 from mecanique.generation.mechanics.dynamics import TapeDynamics
 from mecanique.generation.mechanics.switching import SwitchingEquations
+from mecanique.generation.program import Answer, Program, ProgramInput
 from mecanique.model.constraints.friction import Contact
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
@@ -43,7 +49,7 @@ from mecanique.motion.switching.corners import Corners, ElementForce
 from mecanique.motion.switching.law import solve
 from mecanique.motion.tolerances import TINY
 from mecanique.program.evaluation import evaluate
-from mecanique.program.traced import values_of
+from mecanique.program.traced import trace, values_of
 from mecanique.verification.states import random_states
 from mecanique.viewing.scene.scene import PageElement, PageModes
 
@@ -55,6 +61,13 @@ _STATES = 8
 
 _SAME = 1e-8
 """Largest difference, relative to the largest force, from the forces of a motion's own modes."""
+
+
+_IMPULSE = "impulse of "
+"""What impulses are called on the tape, before the name of their element."""
+
+_FREE = 1e-6
+"""Part of a row that others leave free, above rounding."""
 
 
 @final
@@ -82,10 +95,25 @@ class PageCorners:
             if isinstance(signal.signal, ElementForce)
         ]
         struck = [element for element in self.elements if element.struck]
-        self._modes = list(_combine(self.elements, self.elements))
+        self._modes = list(_combine_sticking(self.elements))
         strikes = _combine(self.elements, struck)
         self._strikes = [mode for mode in strikes if {*_name(mode)} != {OPEN}]
+        expansions = _combine(self.elements, [e for e in struck if e.by_impulse])
+        self._expansions = [mode for mode in expansions if {*_name(mode)} != {OPEN}]
+        self._given: dict[int, Any] = {}
+        for element in struck:
+            assert element.normal is not None, "it is struck"
+            impulse = letters.tape.input(f"{_IMPULSE}{element.name}")
+            self._given[element.normal] = trace(letters.tape, impulse)
         self._samples: dict[frozenset[str], States | None] = {}
+
+    def program(self, answers: Sequence[Answer]) -> Program:
+        """Return the program of answers; impulses stand in the place of the elements' forces."""
+        program = assemble(self.dynamics, "page", answers)
+        names = [f"{_IMPULSE}{element.name}" for element in self.elements if element.struck]
+        impulses = [ProgramInput(f"impulse{k}", name, "N·s") for k, name in enumerate(names)]
+        letters = {**program.letters, "p": (*program.letters["p"], *impulses)}
+        return replace(program, letters=letters)
 
     @property
     def dynamics(self) -> TapeDynamics:
@@ -97,11 +125,20 @@ class PageCorners:
         """Return what the page evaluates, by name, and what it must know of that."""
         modes = [mode for mode in self._modes if self._is_determined(mode, struck=False)]
         strikes = [mode for mode in self._strikes if self._is_determined(mode, struck=True)]
+        expansions = [
+            mode
+            for mode in self._expansions
+            if self._is_determined(mode, struck=True, expands=True)
+        ]
         written = [self._write_mode(mode) for mode in modes]
         self._compare(modes, written)
         functions = {"rows": self._write_rows()}
         functions |= {f"mode{k}": values for k, values in enumerate(written)}
         functions |= {f"strike{k}": self._write_strike(mode) for k, mode in enumerate(strikes)}
+        functions |= {
+            f"expansion{k}": self._write_strike(mode, self._given)
+            for k, mode in enumerate(expansions)
+        }
         listed = tuple(
             PageElement(
                 element.name,
@@ -109,6 +146,7 @@ class PageCorners:
                 element.tangents[0] if element.tangents else None,
                 struck=element.struck,
                 in_turn=bool(getattr(element.element, "in_turn", False)),
+                by_impulse=element.by_impulse,
                 ends=element.length is not None,
             )
             for element in self.elements
@@ -117,6 +155,7 @@ class PageCorners:
             elements=listed,
             modes=tuple(map(_name, modes)),
             strikes=tuple(map(_name, strikes)),
+            expansions=tuple(map(_name, expansions)),
             positional=tuple(self._corners.rows.positional.tolist()),
             forces=len(self._forces),
             length=self._corners.length,
@@ -156,16 +195,19 @@ class PageCorners:
             sum(map(self._equations.length, terms.load), 0.0),
         ]
 
-    def _write_strike(self, mode: Mode) -> list[Any]:
-        """Changes of velocities, the energy that each element takes, and what is presupposed."""
+    def _write_strike(self, mode: Mode, given: Mapping[int, Any] | None = None) -> list[Any]:
+        """Changes of velocities, the energy that each element takes, and what is presupposed.
+
+        Impulses of normals are given in the expansion of Poisson's law.
+        """
         terms, elements = self._equations.terms, self.elements
         targets = {
             element.normal: 0.5 * element.restitution * (self._equations.length(rate) - rate)
             for element in elements
-            if element.normal is not None and element.struck
+            if element.normal is not None and element.struck and not element.by_impulse
             for rate in (terms.rates[element.normal],)
         }
-        drive = strike(terms, targets, elements)
+        drive = strike(terms, targets, elements, given)
         change, impulses = self._equations.solve(mode, drive)
         between = terms.jacobian @ (as_scalars(self.letters.v) + 0.5 * change)
         works = impulses * between
@@ -216,7 +258,7 @@ class PageCorners:
         sign = 1.0 if body == source.body else -1.0
         return sign * (*pull, *moment)[force.part]
 
-    def _is_determined(self, mode: Mode, *, struck: bool) -> bool:
+    def _is_determined(self, mode: Mode, *, struck: bool, expands: bool = False) -> bool:
         """Return whether rigid bodies determine the forces of a mode, by sampled states."""
         rows, elements = self._corners.rows, self._corners.elements
         held = [e.name for e, state in zip(elements, mode, strict=True) if state.name != OPEN]
@@ -225,7 +267,10 @@ class PageCorners:
             return False
         for state in zip(states.q, states.v, states.t.tolist(), strict=True):
             terms = rows.at(*state)
-            drive = strike(terms, {}, elements) if struck else accelerate(terms, elements)
+            given = dict.fromkeys(self._given, 1.0) if expands else None
+            drive = strike(terms, {}, elements, given) if struck else accelerate(terms, elements)
+            if not struck and not _leaves_slip(terms, elements, mode, drive):
+                continue
             solution = solve(terms, elements, mode, drive)
             if solution is not None and not solution.redundant:
                 return True
@@ -248,7 +293,7 @@ class PageCorners:
         for span in motion.modes:
             named = tuple(span.states[element.name] for element in self.elements)
             for mode, written in zip(modes, values, strict=True):
-                if _name(mode) != named:
+                if _name(mode) != named or any(map(_is_kept, mode)):
                     continue
                 t = (span.begin + span.end) / 2
                 at = motion(t)
@@ -274,6 +319,34 @@ def _combine(elements: Sequence[ElementRows], moving: Sequence[ElementRows]) -> 
         yield name_mode(elements, named)
 
 
+def _combine_sticking(elements: Sequence[ElementRows]) -> Iterator[Mode]:
+    """Yield every mode, also those in which what sticks uses all of its static friction."""
+    choices: list[list[ElementState]] = []
+    for element in elements:
+        states = [name_mode([element], {element.name: name})[0] for name in element.states]
+        choices.append(states + [replace(s, name=STICKS) for s in states if s.direction])
+    yield from product(*choices)
+
+
+def _is_kept(state: ElementState) -> bool:
+    return state.name == STICKS and bool(state.direction)
+
+
+def _leaves_slip(
+    terms: Terms, elements: Sequence[ElementRows], mode: Mode, drive: ModeProblem
+) -> bool:
+    """Return whether what slips in a mode may do so, and what is kept from slipping may not."""
+    held = terms.jacobian[hold(terms, elements, mode, drive).rows]
+    spanned = np.linalg.pinv(held, rcond=REDUNDANT) @ held
+    for element, state in zip(elements, mode, strict=True):
+        if state.direction:
+            row = terms.jacobian[element.tangents[0]]
+            free = np.linalg.norm(row - spanned @ row) > _FREE * np.linalg.norm(row)
+            if free == _is_kept(state):
+                return False
+    return True
+
+
 def _name(mode: Mode) -> tuple[str, ...]:
     return tuple(state.name for state in mode)
 
@@ -288,5 +361,3 @@ def _refuse(corners: Corners) -> None:
     for element in corners.elements:
         if len(element.tangents) > 1:
             raise DerivationError(f"{element.name!r} slips in space, whose direction is sought")
-        if getattr(element.element, "law", "newton") != "newton":
-            raise DerivationError(f"the impacts of {element.name!r} follow Poisson's law")

@@ -354,8 +354,7 @@ class Maker:
             functions, switching = self._corners.functions()
             switching = replace(switching, losses=tuple(losses_of(motion)))
             answers_of_modes = [self._answer(name, scalars) for name, scalars in functions.items()]
-            program = assemble(self._corners.dynamics, "page", answers_of_modes)
-            listing += write_functions(program)
+            listing += write_functions(self._corners.program(answers_of_modes))
             answers += answers_of_modes
         text = "\n".join(listing)
         if len(text) > MOST_LETTERS:

@@ -25,6 +25,7 @@ const found = tasks.map(({ engine, rtol, times }) => {
   const stateAt = (t) => path.at(t, state);
   const breaks = findBreaks({ machine, p, n, first: path.first, time, stateAt });
   const python = writePython({ machine, setting, table: { path }, changes: () => [] });
-  return { states, stopped, last, steps: path.steps, ms, python, breaks };
+  const strips = path.corners?.strips(last).map(({ name, spans }) => [name, spans.at(-1)[2]]);
+  return { states, stopped, last, steps: path.steps, ms, python, breaks, strips };
 });
 process.stdout.write(JSON.stringify(found));

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any, NamedTuple, TypeAlias, final
 
 import numpy as np
@@ -29,6 +30,7 @@ Scalars: TypeAlias = npt.NDArray[Any]
 
 OPEN, CLOSED, STICKS = "open", "closed", "sticks"
 FORWARD, BACKWARD, SLIPS = "slips +", "slips -", "slips"
+THEN = ", then "
 
 
 @final
@@ -37,7 +39,9 @@ class ElementState:
     """The state of one element."""
 
     name: str  # one of those above
-    direction: tuple[Any, ...] = ()  # of slip along its tangents, of unit length
+    # of slip along its tangents, of unit length; of what sticks, against which its static friction
+    # is all used, as it is where what else is held leaves it no slip
+    direction: tuple[Any, ...] = ()
 
 
 Mode: TypeAlias = "tuple[ElementState, ...]"
@@ -86,6 +90,20 @@ class ElementRows:
     def struck(self) -> bool:
         """Whether it has impacts."""
         return self.normal is not None and self.stiffness is None
+
+    @property
+    def by_impulse(self) -> bool:
+        """Whether its impacts have Poisson's law of restitution."""
+        return getattr(self.element, "law", "newton") == "poisson"
+
+    @property
+    def impacts(self) -> tuple[str, ...]:
+        """The states that an impact may be in, one after the other where it is by Poisson's law."""
+        closed = self.states[1:]
+        if not self.by_impulse:
+            return closed
+        pairs = product(closed, closed)
+        return tuple(first if first == last else f"{first}{THEN}{last}" for first, last in pairs)
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -260,10 +278,33 @@ def accelerate(terms: Terms, elements: Sequence[ElementRows]) -> ModeProblem:
     return ModeProblem(terms.load, -1.0 * terms.gamma, elastic, terms.static, holds)
 
 
-def bounce(terms: Terms, element: ElementRows) -> dict[int, Any]:
-    """Return the rate of an element's gap after an impact by Newton's law, by its row."""
-    assert element.normal is not None, "it is struck"
-    return {element.normal: -1.0 * element.restitution * terms.rates.T[element.normal]}
+def bounce(
+    terms: Terms,
+    elements: Sequence[ElementRows],
+    named: tuple[str, str],
+    solve: Callable[[Terms, str, ModeProblem], tuple[Scalars, Scalars]],
+) -> tuple[Scalars, Scalars]:
+    """Return the changes of velocities and the impulses of an element's impact by itself.
+
+    Args:
+        terms: of the state.
+        elements: those of the mechanism.
+        named: the element, and in which of its `impacts`.
+        solve: gives both in one state of the element.
+    """
+    name, states = named
+    (element,) = (rows for rows in elements if rows.name == name)
+    normal, (first, _, last) = element.normal, states.partition(THEN)
+    assert normal is not None, "it is struck"
+    if not element.by_impulse:
+        rate = -1.0 * element.restitution * terms.rates.T[normal]
+        return solve(terms, first, strike(terms, {normal: rate}, elements))
+    pressed, impulses = solve(terms, first, strike(terms, {}, elements))
+    between = terms.rates + (terms.jacobian @ pressed[..., None])[..., 0]
+    terms = terms._replace(rates=between)
+    given = {normal: element.restitution * impulses.T[normal]}
+    parted, more = solve(terms, last or first, strike(terms, {}, elements, given))
+    return pressed + parted, impulses + more
 
 
 def strike(
@@ -307,11 +348,12 @@ def hold(
             known.T[normal] = drive.given[normal]
         elif normal is not None:
             rows.append(normal)
-        if state.name == STICKS:
+        if state.name == STICKS and not state.direction:
             rows += element.tangents
         elif state.direction:
+            most = drive.sticking if state.name == STICKS else terms.kinetic
             pairs = zip(element.tangents, state.direction, strict=True)
-            shares = [(row, -1.0 * terms.kinetic.T[k] * part) for row, part in pairs]
+            shares = [(row, -1.0 * most.T[k] * part) for row, part in pairs]
             if element.pressing is None:
                 for row, share in shares:
                     known.T[row] = share
@@ -398,7 +440,9 @@ def list_margins(
         if normal is not None and forces is not None:
             press = forces[normal] + holds[k]
         friction: Any = 1.0
-        if state.name == STICKS and forces is not None:
+        if state.name == STICKS and state.direction:
+            pass
+        elif state.name == STICKS and forces is not None:
             pulls = [forces[row] for row in element.tangents]
             friction = friction_limit(element, static[k], forces) - length(*pulls)
         elif state.direction:

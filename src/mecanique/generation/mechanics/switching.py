@@ -15,10 +15,12 @@ from mecanique.derivation.mechanics.switching import (
     Scalars,
     Terms,
     as_scalars,
+    bounce,
     find_inside,
     hold,
     joint_terms,
     list_elements,
+    name_mode,
     solve_held,
 )
 from mecanique.generation.mechanics.dynamics import Tree
@@ -97,6 +99,14 @@ class SwitchingEquations:
     def by_mass(self, column: Sequence[Any]) -> list[Any]:
         """Return M⁻¹ of a column."""
         return self._factors.solve(list(column))
+
+    def bounce(self, element: str, states: str) -> tuple[Scalars, Scalars]:
+        """Return the changes of velocities and the impulses of an element's impact by itself."""
+
+        def solve(terms: Terms, state: str, drive: ModeProblem) -> tuple[Scalars, Scalars]:
+            return self.solve(name_mode(self.elements, {element: state}), drive)
+
+        return bounce(self.terms, self.elements, (element, states), solve)
 
     def solve(self, mode: Mode, drive: ModeProblem) -> tuple[Scalars, Scalars]:
         """Return the accelerations or changes of velocities, and the force along each row."""

@@ -6,14 +6,18 @@
  * Defined above this text: N, NQ and NV as for the steps; ELEMENTS and ROWS, the numbers of elements
  * and of their rows; MODE, the place in p from which on the state of each element stands; for each
  * element the rows normal[], tangent[] and pressing[], −1 for none, whether it is struck[], elastic[],
- * impacts in_turn[] or has a side with ends[], and its name[]; whether a row is positional[], the rate of a gap; LENGTH, a
+ * impacts in_turn[] or by_impulse[] (Poisson's law) or has a side with ends[], and its name[]; whether a row is positional[], the rate of a gap; LENGTH, a
  * characteristic length; tolerances in capital letters, which derivation/tolerances.py explains; and
  * measure(t, y, p, out), which gives Terms.
  */
 #include <stdbool.h>
 #include <stdio.h>
 
-enum Element { OPEN_ELEMENT, HELD, FORWARD, BACKWARD };  /* HELD: closed, or sticks */
+/*
+ * HELD: closed, or sticks. AHEAD_KEPT and BACK_KEPT: sticks with all its static friction, as what
+ * else is held leaves it no slip; of the forces that rigid bodies do not determine these are some.
+ */
+enum Element { OPEN_ELEMENT, HELD, FORWARD, BACKWARD, AHEAD_KEPT, BACK_KEPT, CHOICES };
 enum { LONGEST = (int)NV > (int)ROWS ? (int)NV : (int)ROWS };
 enum { MOST_AT_ONCE = 50, MOST_IN_TURN = 10000, MOST_FOLLOWING = 16, SENTENCE = 400 };
 
@@ -27,8 +31,8 @@ typedef struct {
 
 /* What a mode is solved for: accelerations under loads, or changes of velocities at an impact. */
 typedef struct {
-    bool impact;
-    double load[NV], wanted[ROWS], sticking[ELEMENTS], holds[ELEMENTS];
+    bool impact, expands;                                /* expands: the impulses of normals are known */
+    double load[NV], wanted[ROWS], sticking[ELEMENTS], holds[ELEMENTS], given[ROWS];
 } Drive;
 
 typedef struct {
@@ -126,12 +130,14 @@ static bool solve_mode(const Terms *k, const Drive *drive, const double *mode, S
         const int press = normal[e], rub = tangent[e];
         if (mode[e] == OPEN_ELEMENT) continue;
         if (press >= 0 && elastic[e]) known[press] = drive->impact ? 0.0 : -k->stiffness[e] * k->gap[press];
+        else if (press >= 0 && drive->expands) known[press] = drive->given[press];
         else if (press >= 0) rows[held++] = press;
         if (rub >= 0 && mode[e] == HELD) rows[held++] = rub;
     }
     for (int e = 0; e < ELEMENTS; e++) {
-        if (mode[e] != FORWARD && mode[e] != BACKWARD) continue;
-        const double friction = mode[e] == FORWARD ? -k->kinetic[e] : k->kinetic[e];
+        if (mode[e] < FORWARD) continue;
+        const double most = mode[e] > BACKWARD ? drive->sticking[e] : k->kinetic[e];
+        const double friction = mode[e] == FORWARD || mode[e] == AHEAD_KEPT ? -most : most;
         bool is_held = false;
         for (int r = 0; r < held; r++) is_held = is_held || rows[r] == pressing[e];
         if (pressing[e] < 0) known[tangent[e]] = friction;
@@ -200,7 +206,7 @@ static bool solve_mode(const Terms *k, const Drive *drive, const double *mode, S
 
 static Drive accelerate(const Terms *k)
 {
-    Drive drive = {false, {0.0}, {0.0}, {0.0}, {0.0}};
+    Drive drive = {false, false, {0.0}, {0.0}, {0.0}, {0.0}, {0.0}};
     memcpy(drive.load, k->load, sizeof drive.load);
     memcpy(drive.sticking, k->sticking, sizeof drive.sticking);
     memcpy(drive.holds, k->holds, sizeof drive.holds);
@@ -208,14 +214,30 @@ static Drive accelerate(const Terms *k)
     return drive;
 }
 
-/* Newton's law: the rate of a gap after an impact is −e times that before, if bodies approach. */
+/*
+ * Newton's law: the rate of a gap after an impact is −e times that before, if bodies approach. By
+ * Poisson's it is zero, and then the impulses of compression return, e times each.
+ */
 static Drive bounce(const Terms *k)
 {
-    Drive drive = {true, {0.0}, {0.0}, {0.0}, {0.0}};
+    Drive drive = {true, false, {0.0}, {0.0}, {0.0}, {0.0}, {0.0}};
     memcpy(drive.sticking, k->kinetic, sizeof drive.sticking);
     for (int r = 0; r < ROWS; r++) drive.wanted[r] = -k->rate[r];
     for (int e = 0; e < ELEMENTS; e++)
-        if (struck[e]) drive.wanted[normal[e]] -= k->restitution[e] * fmin(k->rate[normal[e]], 0.0);
+        if (struck[e] && !by_impulse[e])
+            drive.wanted[normal[e]] -= k->restitution[e] * fmin(k->rate[normal[e]], 0.0);
+    return drive;
+}
+
+static Drive expand(const Terms *k, const Solved *pressed)
+{
+    Drive drive = bounce(k);
+    drive.expands = true;
+    for (int e = 0; e < ELEMENTS; e++) {
+        if (!struck[e]) continue;
+        drive.wanted[normal[e]] = -k->rate[normal[e]];
+        drive.given[normal[e]] = k->restitution[e] * pressed->force[normal[e]];
+    }
     return drive;
 }
 
@@ -299,7 +321,7 @@ static bool is_within(const Terms *k, int e)
 static void give_states(double t, const double *y, const double *p, double *out)
 {
     (void)t; (void)y;
-    memcpy(out, p + MODE, ELEMENTS * sizeof *out);
+    for (int e = 0; e < ELEMENTS; e++) out[e] = p[MODE + e] > BACKWARD ? HELD : p[MODE + e];
 }
 
 /* on the rows that are held ------------------------------------------------------------------- */
@@ -390,6 +412,20 @@ static double still_speed(const Terms *k, const double *v)
     return STILL * fmax(sqrt(LENGTH * usual), most) + 1e-300;
 }
 
+/* Return whether what a mode holds keeps a row from changing. */
+static bool is_kept(const Terms *k, const double *mode, int row)
+{
+    int rows[ROWS];
+    double pushed[NV], change[NV], amounts[ROWS];
+    const int held = list_held(mode, rows);
+    memcpy(pushed, k->slopes[row], sizeof pushed);
+    by_mass(k, 1, pushed);
+    for (int r = 0; r < held; r++) amounts[r] = along(k->slopes[rows[r]], pushed);
+    take_away(k, held, rows, amounts, change);
+    const double size = along(k->slopes[row], pushed);
+    return size + along(k->slopes[row], change) <= REDUNDANT * size;
+}
+
 /* Return whether what a mode presupposes is so: of elements that are near and open the gap must not
  * shrink, of those whose slip begins it must grow. */
 static bool is_sound(const Terms *k, const Drive *drive, const Solved *solved, const bool *near,
@@ -418,6 +454,9 @@ static bool is_sound(const Terms *k, const Drive *drive, const Solved *solved, c
             if (near[e] && left[2 * e] < -size[normal[e]]) return false;
             continue;
         }
+        if (state >= FORWARD && beginning[e] && !drive->impact
+            && is_kept(k, solved->mode, tangent[e]) != (state > BACKWARD))
+            return false;
         const bool slips = state == FORWARD || state == BACKWARD;
         if (slips && beginning[e] && left[2 * e + 1] < -size[tangent[e]]) return false;
         if (normal[e] >= 0 && left[2 * e] < -pull) return false;
@@ -465,13 +504,13 @@ static int solve_all(const Terms *k, const Drive *drive, const int *allowed, con
     double mode[ELEMENTS], free[NV];
     int number = 0, count = 0;
     long modes = 1;
-    for (int e = 0; e < ELEMENTS; e++) modes *= 4;
+    for (int e = 0; e < ELEMENTS; e++) modes *= CHOICES;
     for (long code = 0; code < modes; code++) {
         bool tried = true;
         long rest = code;
-        for (int e = 0; e < ELEMENTS; e++, rest /= 4) {
-            mode[e] = (double)(rest % 4);
-            tried = tried && (allowed[e] >> (rest % 4) & 1);
+        for (int e = 0; e < ELEMENTS; e++, rest /= CHOICES) {
+            mode[e] = (double)(rest % CHOICES);
+            tried = tried && (allowed[e] >> (rest % CHOICES) & 1);
         }
         if (!tried || number == MOST_FOLLOWING) continue;
         if (solve_mode(k, drive, mode, sound + number)
@@ -503,13 +542,45 @@ static int candidates(const Terms *k, int e, bool touches, double still)
     if (rub < 0) return apart | 1 << HELD;
     if (fabs(k->rate[rub]) > still)
         return apart | 1 << (k->rate[rub] > 0.0 ? FORWARD : BACKWARD);
-    return apart | 1 << HELD | 1 << FORWARD | 1 << BACKWARD;
+    return apart | ((1 << CHOICES) - (1 << HELD));
 }
 
 static bool is_touching(const Terms *k, int e, double state)
 {
     if (!struck[e]) return state != OPEN_ELEMENT && normal[e] >= 0;
     return state != OPEN_ELEMENT || (k->gap[normal[e]] <= CLOSED_GAP * LENGTH && is_inside(k, e));
+}
+
+/*
+ * Strike contacts together; return how many solutions there are, none also where the bodies still
+ * approach after Poisson's expansion or contacts have both laws.
+ */
+static int strike(double t, double *y, const double *p, const bool *near, double still)
+{
+    int allowed[ELEMENTS], numbers[2] = {0, 0};
+    for (int e = 0; e < ELEMENTS; e++) {
+        allowed[e] = 1 << OPEN_ELEMENT;
+        if (near[e]) allowed[e] |= 1 << HELD, numbers[by_impulse[e]]++;
+        if (near[e] && tangent[e] >= 0) allowed[e] |= 1 << FORWARD | 1 << BACKWARD;
+    }
+    if (numbers[0] && numbers[1]) return 0;
+    Solved kept[MOST_FOLLOWING];
+    for (int phase = 0; phase < (numbers[1] ? 2 : 1); phase++) {
+        Terms k;
+        know(t, y, p, &k);
+        for (int e = 0; phase && e < ELEMENTS; e++)
+            if (near[e]) allowed[e] -= 1 << OPEN_ELEMENT;
+        const Drive drive = phase ? expand(&k, kept) : bounce(&k);
+        const int count = solve_all(&k, &drive, allowed, near, near, still, kept);
+        if (count != 1) return count;
+        for (int i = 0; i < NV; i++) y[NQ + i] += kept[0].a[i];
+        for (int e = 0; phase && e < ELEMENTS; e++) {
+            const double *slopes = k.slopes[normal[e] < 0 ? 0 : normal[e]];
+            const double size = within(slopes, kept[0].a) + fabs(k.rate[normal[e] < 0 ? 0 : normal[e]]);
+            if (near[e] && k.rate[normal[e]] + along(slopes, kept[0].a) < -SLACK * size - still) return 0;
+        }
+    }
+    return 1;
 }
 
 /* Strike the contacts that touch, together or in turn; return how many solutions there are. */
@@ -519,54 +590,59 @@ static int impact(double t, double *y, const double *p, const bool *touching, do
     for (int e = 0; e < ELEMENTS; e++) turns = turns || (touching[e] && struck[e] && in_turn[e]);
     for (int round = 0; round < MOST_IN_TURN; round++) {
         Terms k;
-        Solved kept[MOST_FOLLOWING];
         bool near[ELEMENTS];
-        int allowed[ELEMENTS], fastest = -1;
+        int fastest = -1;
         know(t, y, p, &k);
         for (int e = 0; e < ELEMENTS; e++)
             if (touching[e] && struck[e]
                 && (fastest < 0 || k.rate[normal[e]] < k.rate[normal[fastest]]))
                 fastest = e;
         if (fastest < 0 || k.rate[normal[fastest]] >= -still) return 1;
-        for (int e = 0; e < ELEMENTS; e++) {
-            near[e] = turns ? e == fastest : touching[e] && struck[e];
-            allowed[e] = 1 << OPEN_ELEMENT;
-            if (near[e]) allowed[e] |= 1 << HELD;
-            if (near[e] && tangent[e] >= 0) allowed[e] |= 1 << FORWARD | 1 << BACKWARD;
-        }
-        const Drive drive = bounce(&k);
-        const int count = solve_all(&k, &drive, allowed, near, near, still, kept);
-        if (count != 1) return count;
-        for (int i = 0; i < NV; i++) y[NQ + i] += kept[0].a[i];
-        if (!turns) return 1;
+        for (int e = 0; e < ELEMENTS; e++) near[e] = turns ? e == fastest : touching[e] && struck[e];
+        const int count = strike(t, y, p, near, still);
+        if (count != 1 || !turns) return count;
     }
     return 0;
 }
 
-/* Take away the rates of contacts whose bounces are over: those left stay below `lowest`. */
-static void rest(double t, double *y, const double *p, const bool *impacting, double still,
-                 double lowest)
+/* Find the modes that follow in a state; return how many there are. */
+static int find_next(const Terms *k, const bool *touching, const int *forbidden, double still,
+                     Solved *kept)
 {
-    Terms k;
-    Solved solved;
-    double mode[ELEMENTS], change[NV], amounts[ROWS];
-    int ended = 0, rows[ROWS];
-    know(t, y, p, &k);
-    for (int e = 0; e < ELEMENTS; e++) mode[e] = normal[e] >= 0 ? OPEN_ELEMENT : p[MODE + e];
-    const Drive drive = accelerate(&k);
-    if (!solve_mode(&k, &drive, mode, &solved)) return;
+    bool near[ELEMENTS], beginning[ELEMENTS];
+    int allowed[ELEMENTS];
     for (int e = 0; e < ELEMENTS; e++) {
-        if (!impacting[e]) continue;
-        const double part = k.restitution[e], speed = k.rate[normal[e]];
-        const double fall = -along(k.slopes[normal[e]], solved.a) - k.gamma[normal[e]];
-        if (!(part > 0.0 && part < 1.0 && speed > still && fall > 0.0)) continue;
-        if (speed * speed / (2.0 * fall) > lowest) continue;
-        amounts[ended] = speed;
-        rows[ended++] = normal[e];
+        const int press = normal[e], rub = tangent[e];
+        allowed[e] = candidates(k, e, touching[e], still) & ~forbidden[e];
+        near[e] = touching[e] && struck[e] && k->rate[press] <= still;
+        beginning[e] = rub < 0 || fabs(k->rate[rub]) <= still;
     }
-    if (!ended) return;
-    take_away(&k, ended, rows, amounts, change);
+    const Drive drive = accelerate(k);
+    return solve_all(k, &drive, allowed, near, beginning, 0.0, kept);
+}
+
+/*
+ * Take away the rates of contacts whose bounces are over, those left staying below `lowest`, while
+ * what the next mode holds stays together; return whether there are any.
+ */
+static bool rest(const Terms *k, double *y, const bool *touching, double still, double lowest,
+                 const Solved *next)
+{
+    double change[NV], amounts[ROWS];
+    int rows[ROWS], held = list_held(next->mode, rows);
+    const int kept = held;
+    for (int e = 0; e < ELEMENTS; e++) {
+        if (!touching[e] || !struck[e]) continue;
+        const double speed = k->rate[normal[e]];
+        const double fall = -along(k->slopes[normal[e]], next->a) - k->gamma[normal[e]];
+        if (!(k->restitution[e] < 1.0 && speed > still && fall > 0.0)) continue;
+        if (speed * speed / (2.0 * fall) <= lowest) rows[held++] = normal[e];
+    }
+    if (held == kept) return false;
+    for (int r = 0; r < held; r++) amounts[r] = k->rate[rows[r]];
+    take_away(k, held, rows, amounts, change);
     for (int i = 0; i < NV; i++) y[NQ + i] += change[i];
+    return true;
 }
 
 /*
@@ -579,14 +655,13 @@ static bool change(double t, double *y, double *p, bool *touching, const int *fo
 {
     Terms k;
     Solved kept[MOST_FOLLOWING];
-    bool impacting[ELEMENTS], near[ELEMENTS], beginning[ELEMENTS], strikes = false;
-    int allowed[ELEMENTS], rows[ROWS], met = 0;
+    const int none[ELEMENTS] = {0};
+    bool strikes = false;
+    int rows[ROWS], met = 0;
     know(t, y, p, &k);
     double still = still_speed(&k, y + NQ);
-    for (int e = 0; e < ELEMENTS; e++) {
-        impacting[e] = touching[e] && struck[e] && k.rate[normal[e]] < -still;
-        if (impacting[e]) rows[met++] = normal[e], strikes = true;
-    }
+    for (int e = 0; e < ELEMENTS; e++)
+        if (touching[e] && struck[e] && k.rate[normal[e]] < -still) rows[met++] = normal[e], strikes = true;
     if (strikes) {
         double before[NV];
         /* an importing tool finds the corner by its own tolerance, a little late */
@@ -598,24 +673,17 @@ static bool change(double t, double *y, double *p, bool *touching, const int *fo
                      "is expected", count, t);
             return false;
         }
-        rest(t, y, p, impacting, still, lowest);
         for (int i = 0; i < NV; i++) before[i] = fmax(fabs(before[i]), fabs(y[NQ + i]));
         know(t, y, p, &k);
         still = still_speed(&k, before);
     }
-    for (int e = 0; e < ELEMENTS; e++) {
-        const int press = normal[e], rub = tangent[e];
-        allowed[e] = candidates(&k, e, touching[e], still) & ~forbidden[e];
-        near[e] = touching[e] && struck[e] && k.rate[press] <= still;
-        beginning[e] = rub < 0 || fabs(k.rate[rub]) <= still;
+    int count = find_next(&k, touching, forbidden, still, kept);
+    if (strikes && count == 1 && rest(&k, y, touching, still, lowest, kept)) {
+        know(t, y, p, &k);
+        count = find_next(&k, touching, forbidden, still, kept);
     }
-    const Drive drive = accelerate(&k);
-    int count = solve_all(&k, &drive, allowed, near, beginning, 0.0, kept);
-    if (count == 0 && lowest > LAST_BOUNCE * LENGTH) {
-        /* an importing tool finds the corner a little early as well: the mode goes on for now */
-        for (int e = 0; e < ELEMENTS; e++) allowed[e] = candidates(&k, e, touching[e], still);
-        count = solve_all(&k, &drive, allowed, near, beginning, 0.0, kept);
-    }
+    /* an importing tool finds the corner a little early as well: the mode goes on for now */
+    if (count == 0 && lowest > LAST_BOUNCE * LENGTH) count = find_next(&k, touching, none, still, kept);
     if (count != 1) {
         snprintf(words, SENTENCE, "%d modes that rigid bodies determine follow at t = %.9g s, where "
                  "one is expected (Painleve)", count, t);
@@ -795,7 +863,8 @@ static double creep(double t, const double *y, const double *p)
     return worst;
 }
 
-/* for tests: a mode's accelerations and forces, or the velocities after an impact and impulses --- */
+/* for tests: a mode's accelerations and forces, or the velocities after an impact and impulses, by
+ * Poisson's law of two modes ---------------------------------------------------------------------- */
 
 #ifdef _WIN32
 __declspec(dllexport)
@@ -813,9 +882,20 @@ int mecanique_mode(double t, const double *y, const double *p, const double *mod
         drive = bounce(&k);
         /* as if bodies approached */
         for (int e = 0; e < ELEMENTS; e++)
-            if (struck[e]) drive.wanted[normal[e]] = -(1.0 + k.restitution[e]) * k.rate[normal[e]];
+            if (struck[e] && !by_impulse[e])
+                drive.wanted[normal[e]] = -(1.0 + k.restitution[e]) * k.rate[normal[e]];
     }
     if (!solve_mode(&k, &drive, mode, &solved)) return 0;
+    bool expands = false;
+    for (int e = 0; e < ELEMENTS; e++) expands = expands || (strikes && mode[e] != OPEN_ELEMENT && by_impulse[e]);
+    if (expands) {
+        const Solved pressed = solved;
+        for (int r = 0; r < ROWS; r++) k.rate[r] += along(k.slopes[r], pressed.a);
+        drive = expand(&k, &pressed);
+        if (!solve_mode(&k, &drive, mode + ELEMENTS, &solved)) return 0;
+        for (int i = 0; i < NV; i++) solved.a[i] += pressed.a[i];
+        for (int r = 0; r < ROWS; r++) solved.force[r] += pressed.force[r];
+    }
     for (int i = 0; i < NV; i++) out[i] = solved.a[i] + (strikes ? y[NQ + i] : 0.0);
     memcpy(out + NV, solved.force, sizeof solved.force);
     return 1;

@@ -18,7 +18,7 @@ from itertools import product as cartesian
 from pathlib import Path
 from typing import final
 
-from mecanique.derivation.mechanics.switching import ElementRows
+from mecanique.derivation.mechanics.switching import THEN, ElementRows
 from mecanique.derivation.tolerances import SWITCHING
 from mecanique.errors import DerivationError, InputError
 from mecanique.generation.dop853 import write_constants
@@ -363,17 +363,25 @@ def write_source(program: Program) -> str:
 def _list_modes(
     program: Program, elements: Sequence[ElementRows]
 ) -> Iterator[tuple[str, tuple[list[int], int, list[int]]]]:
-    """Yield each answer in a mode: its states in C, whether it is an impact, and its places."""
+    """Yield each answer in a mode: its states in C, whether it is an impact, and its places.
+
+    The states stand twice, of an impact by Poisson's law those of its two phases.
+    """
     velocities = list(range(len(program.letters["v"])))
     for answer in program.answers:
         if named := dict(answer.quantity.mode):
-            codes, rows = [], list[int]()
+            codes, after, rows = list[int](), list[int](), list[int]()
             for element in elements:
-                state = named.get(element.name)
-                codes.append(0 if state is None else _code(element, state))
-                rows += () if state is None else element.rows
+                if element.name in named:
+                    state, _, last = named[element.name].partition(THEN)
+                    rows += element.rows
+                    codes.append(_code(element, state))
+                    after.append(_code(element, last or state))
+                else:
+                    codes.append(0)
+                    after.append(0)
             places = [*velocities, *(len(velocities) + row for row in rows)]
-            yield answer.quantity.name, (codes, int(answer.quantity.struck), places)
+            yield answer.quantity.name, (codes + after, int(answer.quantity.struck), places)
 
 
 def _write_corners(
@@ -388,6 +396,7 @@ def _write_corners(
         "struck": [int(e.struck) for e in elements],
         "elastic": [int(e.normal is not None and not e.struck) for e in elements],
         "in_turn": [int(getattr(e.element, "in_turn", False)) for e in elements],
+        "by_impulse": [int(e.by_impulse) for e in elements],
         "ends": [int(e.length is not None) for e in elements],
         "positional": list(map(int, corners.positional)),
     }

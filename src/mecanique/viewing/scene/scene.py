@@ -155,6 +155,7 @@ class PageElement:
     tangent: int | None
     struck: bool = False  # whether it has impacts
     in_turn: bool = False
+    by_impulse: bool = False  # whether by Poisson's law
     ends: bool = False  # whether its side has ends
 
 
@@ -166,6 +167,7 @@ class PageModes:
     elements: tuple[PageElement, ...]
     modes: tuple[tuple[str, ...], ...]
     strikes: tuple[tuple[str, ...], ...]
+    expansions: tuple[tuple[str, ...], ...]  # of Poisson's law, after the strike
     positional: tuple[bool, ...]  # whether a row is the rate of a gap
     forces: int  # how many of the last parameters are forces of elements
     length: float  # that of the mechanism [m]

@@ -267,12 +267,16 @@ export class Corners {
       const words = this.impact(t, y, touching, approaching, still);
       if (words) return words;
       this.impacts.push(...approaching.map((k) => [this.elements[k].name, t]));
-      this.rest(t, y, approaching, still);
       now = this.read(t, y);
       for (let i = nq; i < nq + nv; i++) before[i] = Math.max(Math.abs(before[i]), Math.abs(y[i]));
       still = this.stillSpeed(now, before);
     }
-    const next = this.follow(t, y, { ...now, touching, still }, forbidden);
+    const follow = () => this.follow(t, y, { ...now, touching, still }, forbidden);
+    let next = follow();
+    if (approaching.length && this.rest(t, y, next, { ...now, touching, still })) {
+      now = this.read(t, y);
+      next = follow();
+    }
     if (typeof next === "string") return next;
     this.times.push(t);
     this.sequence.push(next);
@@ -379,7 +383,6 @@ export class Corners {
 
   // Of all contacts that touch together, or one after the other; in words, if none is determined.
   impact(t, y, touching, approaching, still) {
-    const { nq, nv } = this.machine;
     const contacts = [...this.elements.keys()].filter(
       (k) => touching[k] && this.elements[k].struck,
     );
@@ -390,27 +393,59 @@ export class Corners {
       const rate = (k) => rates[this.elements[k].normal];
       const fastest = contacts.reduce((a, b) => (rate(b) < rate(a) ? b : a));
       if (rate(fastest) >= -still) break;
-      const solutions = this.solveImpact(t, y, new Set(inTurn ? [fastest] : contacts), still);
-      if (solutions.length !== 1)
-        return `where ${solutions.length || "no"} velocities follow after the impact`;
-      const [{ a, lost }] = solutions;
-      for (let i = 0; i < nv; i++) y[nq + i] += a[i];
-      lost.forEach((energy, k) => (taken[k] += energy));
+      const words = this.strikeTogether(t, y, inTurn ? [fastest] : contacts, still, taken);
+      if (words) return words;
       if (!inTurn) break;
     }
     this.account(y, approaching, taken);
     return "";
   }
 
-  solveImpact(t, y, contacts, still) {
+  // By Newton's law at once; by Poisson's a compression, whose impulses then return, e times each.
+  strikeTogether(t, y, contacts, still, taken) {
+    const { nq, nv } = this.machine;
+    const byImpulse = this.elements[contacts[0]].by_impulse;
+    if (contacts.some((k) => this.elements[k].by_impulse !== byImpulse))
+      return "where contacts impact together by Newton's and by Poisson's law";
+    for (const kind of byImpulse ? ["strike", "expansion"] : ["strike"]) {
+      const solutions = this.solveImpact(t, y, new Set(contacts), still, kind);
+      if (solutions.length !== 1)
+        return `where ${solutions.length || "no"} velocities follow after the impact`;
+      const [{ a, lost, pressed }] = solutions;
+      for (let i = 0; i < nv; i++) y[nq + i] += a[i];
+      lost.forEach((energy, k) => (taken[k] += energy));
+      const { rates, slopes, of } = this.read(t, y);
+      if (kind === "strike") {
+        const places = [...this.elements.keys()].filter((k) => this.elements[k].struck);
+        const impulses = places.map((k) => of[k].restitution * pressed[k]);
+        this.p.set(impulses, this.p.length - this.forces);
+      } else if (
+        contacts.some((k) => {
+          const { normal } = this.elements[k];
+          const size = withinRow(slopes[normal], a) + Math.abs(rates[normal]);
+          return rates[normal] < -this.tolerances.SLACK * size - still;
+        })
+      )
+        return "where bodies still approach each other after Poisson's expansion";
+    }
+    return "";
+  }
+
+  solveImpact(t, y, contacts, still, kind) {
     const { nv, program } = this.machine;
     const sound = [];
-    this.strikes.forEach((states, k) => {
+    const all = kind === "strike" ? this.strikes : this.expansions;
+    all.forEach((states, k) => {
       if (!states.every((state, i) => state === OPEN || contacts.has(i))) return;
-      const numbers = program[`strike${k}`](t, y, this.p, this.struck);
+      if (kind === "expansion" && [...contacts].some((i) => states[i] === OPEN)) return;
+      const numbers = program[`${kind}${k}`](t, y, this.p, this.struck);
       const presupposed = numbers.subarray(nv + this.count);
       if (this.isSound(states, presupposed, { near: contacts, beginning: contacts, still }))
-        sound.push({ a: numbers.slice(0, nv), lost: numbers.slice(nv, nv + this.count) });
+        sound.push({
+          a: numbers.slice(0, nv),
+          lost: numbers.slice(nv, nv + this.count),
+          pressed: states.map((state, i) => (state === OPEN ? 0 : presupposed[2 * i])),
+        });
     });
     return this.distinguish(sound, [], still);
   }
@@ -435,28 +470,23 @@ export class Corners {
     );
   }
 
-  // Takes away the rates of contacts whose bounces are over: those left stay below rounding.
-  rest(t, y, impacting, still) {
-    const before = this.sequence.length ? this.modes[this.present] : [];
-    const apart = this.elements.map(({ normal }, k) => {
-      if (normal !== null) return OPEN;
-      return before[k] ?? STICKS;
-    });
-    const mode = this.modes.findIndex((states) => states.every((s, k) => s === apart[k]));
-    if (mode < 0) return;
-    const { rates, of } = this.read(t, y);
-    const numbers = this.evaluate(mode, t, y);
-    const ended = impacting.filter((k) => {
-      const { restitution: e } = of[k];
-      const speed = rates[this.elements[k].normal];
+  // Takes away the rates of contacts whose bounces are over, those left staying below rounding, while
+  // what the next mode holds stays together; says whether there are any.
+  rest(t, y, next, { rates, of, touching, still }) {
+    if (typeof next === "string") return false;
+    const numbers = this.evaluate(next, t, y);
+    const ended = this.elements.flatMap(({ normal, struck }, k) => {
+      if (!touching[k] || !struck) return [];
+      const speed = rates[normal];
       const fall = -numbers[this.marginAt + 2 * this.count + 2 * k];
-      if (!(e > 0 && e < 1 && speed > still && fall > 0)) return false;
-      return speed ** 2 / (2 * fall) <= this.tolerances.LAST_BOUNCE * this.length;
+      if (!(of[k].restitution < 1 && speed > still && fall > 0)) return [];
+      return speed ** 2 / (2 * fall) <= this.tolerances.LAST_BOUNCE * this.length ? [normal] : [];
     });
-    const loops = this.loopsOf(ended.map((k) => this.elements[k].normal));
-    if (!loops) return;
+    if (!ended.length) return false;
+    const loops = this.loopsOf([...this.rowsHeld(this.modes[next]), ...ended]);
     loops.evaluate(t, y);
     loops.closeRates(y);
+    return true;
   }
 
   // what happened ---------------------------------------------------------------------------------
