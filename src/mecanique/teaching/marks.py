@@ -147,14 +147,17 @@ def _read(path: Path, most: int) -> str:
 
 
 def _decode(data: bytes, path: Path) -> str:
-    """Return a file's text: UTF-8, UTF-16 with its mark, or an answer from an old editor."""
+    """Return a file's text: UTF-8, UTF-16, or an answer from an old editor."""
     code = "utf-8-sig"
     if data.startswith((codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE)):
         code = "utf-32"  # whose mark begins as that of UTF-16
     elif data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         code = "utf-16"
     elif b"\0" in data:
-        raise InputError(f"{_name(path)} is no text; save it as UTF-8")
+        halves = {"utf-16-le": data[1::2], "utf-16-be": data[::2]}
+        code = next((c for c, half in halves.items() if 2 * half.count(0) > len(half)), "")
+        if not code:
+            raise InputError(f"{_name(path)} is no text; save it as UTF-8")
     try:
         return data.decode(code)
     except UnicodeDecodeError:

@@ -510,7 +510,8 @@ def _scale(part: FormulaPart, ratio: float) -> Iterator[Mistake]:
         text = f"the ratio in '{part.quoted}' is upside down"
         if abs(said / numbers - 1) < ALIKE:
             text += f": it should be {1 / said}, not {said}"
-        yield Mistake("inverted", text, part.quoted, 1.6)
+        # of one and a number, the factor may as well be another one
+        yield Mistake("inverted", text, part.quoted, 1.35 if _is_ratio(numbers**2) else 1.6)
     elif close and factor > 0:
         # a product of two slips is no simple factor
         weight = 1.4 if max(factor.numerator, factor.denominator) <= _USUAL else 2.3
@@ -525,6 +526,12 @@ def _scale(part: FormulaPart, ratio: float) -> Iterator[Mistake]:
     elif shown := _say_ratio(ratio):
         text = f"the term '{part.quoted}' should be {shown} times as large"
         yield Mistake("factor", text, part.quoted, 2.6)
+
+
+def _is_ratio(value: float) -> bool:
+    """Whether a number is a simple ratio of two that are not one."""
+    said = Fraction(value).limit_denominator(SIMPLE)
+    return min(said.numerator, said.denominator) > 1
 
 
 def _multiply_numbers(node: Node) -> float:
@@ -656,8 +663,8 @@ def _invert(part: FormulaPart) -> Iterator[_Candidate]:
     """Yield a quotient upside down, or a factor on the other side of the fraction bar."""
     parent = part.tape.nodes[part.tape.parents[part.place]].kind
     if part.node.kind == "quotient":
-        # of numbers, the factor may as well be another one
-        weight = 1.3 if part.node.letters else 1.55
+        # of one and a number, the factor may as well be another one
+        weight = 1.3 if part.node.letters or _is_ratio(part.have[0]) else 1.55
         yield 1 / part.have, "inverted", f"'{part.quoted}' is inverted", weight
     elif parent in ("product", "quotient") and not (part.have == 1).all():
         text = f"'{part.quoted}' {part.where}belongs on the other side of the fraction bar"
