@@ -169,11 +169,11 @@ def test_letters_of_displacements_are_not_mixed_up_with_coordinates() -> None:
     """Of Kepler's r and φ the displacements are δr and δφ without an index."""
     orbit = _derived("kepler_orbit", "virtual_work").text(steps=True)
     said = " ".join(orbit.split())
-    assert "displacement δr (with an index) of its point, each couple C in the virtual" in said
-    assert "rotation δφ (with an index) of the body: δW" in said
-    cart = " ".join(_derived("cart_pole", "virtual_work").text(steps=True).split())
-    assert "in the virtual displacement δr of its point, each couple C in the virtual" in cart
-    assert "rotation δφ of the body" in cart
+    assert "displacement δr (with an index) of its point: δW is the sum" in said
+    top = " ".join(_derived("heavy_top", "virtual_work").text(steps=True).split())
+    assert "each couple C in the virtual rotation δφ (with an index) of the body: δW" in top
+    rods = " ".join(_derived("double_pendulum", "virtual_work").text(steps=True).split())
+    assert "of its point, each couple C in the virtual rotation δφ of the body: δW" in rods
 
 
 def test_the_slider_crank_has_one_equation_without_multipliers() -> None:

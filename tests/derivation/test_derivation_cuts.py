@@ -87,7 +87,7 @@ def test_a_planet_has_the_radial_and_the_transverse_equation_and_no_reaction() -
     assert "m r'' - m r phi'^2 = -m mu/r^2" in lines
     assert "m r phi'' + 2 m phi' r' = 0" in lines
     assert not derive_system("kepler_orbit", NEWTON_EULER).derivation.reactions
-    assert "phi and r transmit nothing." in said_in("kepler_orbit")
+    assert "transmit" not in said_in("kepler_orbit")
     assert "reaction" not in said_in("kepler_orbit", VIRTUAL_WORK)
 
 

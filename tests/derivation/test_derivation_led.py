@@ -16,8 +16,8 @@ NEWTON_EULER, VIRTUAL_WORK = "newton_euler", "virtual_work"
 @pytest.mark.parametrize(
     ("name", "idle", "bodies"),
     [
-        ("rolling_coin", "slide_x, slide_y, lift, turn, tilt and axle transmit nothing.", ["coin"]),
-        ("free_particle", "x, y and z transmit nothing.", ["particle"]),
+        ("rolling_coin", "", ["coin"]),
+        ("free_particle", "", ["particle"]),
         (
             "ball_on_a_turntable",
             "slide_x, slide_y, lift and roll transmit nothing.",
@@ -30,6 +30,7 @@ def test_a_body_that_moves_at_will_is_cut_free_alone(
 ) -> None:
     text = " ".join(derive_system(name, NEWTON_EULER).text(steps=True).split())
     assert idle in text
+    assert idle or "transmit" not in text  # a step that lists no reaction says nothing
     cut = [
         stage.title.removeprefix("Free body ").removesuffix(": forces")
         for stage in derive_system(name, NEWTON_EULER).steps

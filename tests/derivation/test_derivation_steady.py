@@ -58,7 +58,7 @@ def test_the_coin_is_written_out_with_its_motion_and_the_meaning_of_its_letters(
         f"     u_c = sqrt(M_11 K0_22 g/(C1_12 C1_21)) = {sqrt(coin.values['g'] / r / 3):.9g}",
     ]
     for line in (
-        "  u      speed of the steady motion",
+        "  u      speed of the steady motion [rad/s]",
         "  g      acceleration of free fall [m/s²]",
         "    entries of the mass matrix",
         "  K0_22  entries of the matrices of the deviations",
@@ -83,17 +83,17 @@ def test_a_bicycle_ends_with_its_weave_and_capsize_speed() -> None:
     ride = steady_letters(bicycle, {}, {"x": 1.0}, ("roll", "steer"))
     text = ride.text()
     assert text.splitlines()[-2:] == [
-        "     u_w = 4.29238254",
-        "     u_c = sqrt((K0_12^2 - K0_11 K0_22) g/(K0_11 K2_22 - K0_12 K2_12)) = 6.02426202",
+        "     v_w = 4.29238254",
+        "     v_c = sqrt((K0_12^2 - K0_11 K0_22) g/(K0_11 K2_22 - K0_12 K2_12)) = 6.02426202",
     ]
     said = " ".join(text.split())
-    assert "Below u_w, where a3 a2 a1 - a4 a1^2 - a3^2 a0 = 0, an oscillation grows" in said
-    assert "Above u_c, where a0 = 0, a deviation grows without oscillation" in said
-    assert "u_{w} &= 4.29238254" in ride.latex()
+    assert "Below v_w, where a3 a2 a1 - a4 a1^2 - a3^2 a0 = 0, an oscillation grows" in said
+    assert "Above v_c, where a0 = 0, a deviation grows without oscillation" in said
+    assert "v_{w} &= 4.29238254" in ride.latex()
     assert "<msqrt>" in ride.mathml()
     # with the trail of a castor, both frames of the benchmark fall over at any speed
     fallen = steady_letters(bicycle.replace(c=-0.2), {}, {"x": 1.0}, ("roll", "steer"))
-    assert "u_c" not in fallen.text()
+    assert "v_c" not in fallen.text()
 
 
 def test_matrices_with_signs_are_not_broken_in_latex() -> None:
@@ -104,4 +104,4 @@ def test_matrices_with_signs_are_not_broken_in_latex() -> None:
         assert "&=" not in matrix
         assert "\\qquad" not in matrix
     assert text.count("\\begin{bmatrix}") == 4
-    assert "$M \\ddot{q} + u C_{1} \\dot{q}" in text.replace("\n", " ")
+    assert "$M \\ddot{q} + v C_{1} \\dot{q}" in text.replace("\n", " ")

@@ -262,15 +262,9 @@ class Document:
         for stage in self.derivation.stages:
             if not (reduced and stage.title in _REPLACED):
                 yield _Part(stage.title, stage.explanation, stage.results)
-        if reduced and self.derivation.quasi:  # displacements lead to the single equation at once
-            *before, last = sections
-            yield from before
-            held = self.equations[len(self.derivation.quasi) :]
-            sentence = f"{last.sentence} The loops give the other coordinates, Φ = 0."
-            yield _Part(_EQUATIONS, sentence, (*held, *last.lines))
-        else:
+        if not (reduced and self.derivation.quasi):  # whose displacements lead to one at once
             yield self._list_equations(steps=True)
-            yield from sections
+        yield from sections
         for ending in self.endings[1:]:
             yield _Part(ending.title, ending.sentence, ending.lines)
 

@@ -124,7 +124,7 @@ class Solved:
     @cached_property
     def _document(self) -> Document:
         motion = self.accelerations.values() or self.equations
-        lines = (*motion, *self.forces.values(), *self.found.turned)
+        lines = (*motion, *self.forces.values(), *self.found.turned.values())
         solved = replace(self.derivation, written=lines, stages=(), closing=_CLOSING)
         return Document(solved, "the equations of motion, solved")
 

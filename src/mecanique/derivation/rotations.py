@@ -13,7 +13,7 @@ from math import factorial
 from typing import final
 
 from mecanique.derivation.printing.equations import expression
-from mecanique.derivation.printing.expressions import to_formula
+from mecanique.derivation.printing.expressions import to_formula, to_power
 from mecanique.derivation.printing.formulas import multiply
 from mecanique.derivation.printing.writers import (
     Equation,
@@ -61,8 +61,9 @@ _CONIC_LETTERS = {
 }
 _PRECESSES = (
     "With {0} constant, {1} obeys a quadratic equation, whose roots are real where the inequality "
-    "holds. For large {2} one precession is slow, the other fast."
+    "holds. For large {2} one precession is slow, the other fast{3}."
 )
+_NODS = "; about the slow one {} oscillates with nearly the frequency omega (nutation)"
 _SLEEPS = "Upright, with {0} = {1}, it is stable where the last line holds: the top sleeps."
 _OMEGA = {"omega": "natural angular frequency [rad/s]"}
 _HIGHEST = 12
@@ -202,12 +203,28 @@ class _Rotation:
             Relation(expression(v), "≈", reduce_quotient(-C, B).expression()),
             Relation(expression(v), "≈", reduce_quotient(-B, A).expression()),
         ]
-        said = _PRECESSES.format(x, rate, name_of(p))
+        nods = "omega" not in self._lagrange.algebra.mechanism.values
+        lines += [self._nod()] if nods else []
+        said = _PRECESSES.format(x, rate, name_of(p), _NODS.format(x) if nods else "")
         upright = self._sleep()
         if upright is not None:
             said += " " + _SLEEPS.format(name_of(p), name_of(turning.momentum))
             lines.append(upright)
-        return Ending(said, tuple(lines), {}, _PRECESSION)
+        return Ending(said, tuple(lines), _OMEGA if nods else {}, _PRECESSION)
+
+    def _nod(self) -> Relation:
+        """Return the frequency of nutation about a slow precession of what spins fast."""
+        # V_eff = (p - B)^2/(2 D) + V with B proportional to the large momentum, so that there
+        # p = B nearly, and the slope of F is B'^2/D
+        omega, turning = self._ring.unknown("omega", Kind.PARAMETER), self._ignored[1]
+        slope = make_positive([turning.left.diff(self._x)])[0]
+        square = reduce_quotient(slope * slope, turning.inertia * self._inertia)
+        above, below = sqrt(square.above), sqrt(square.below)
+        if Kind.ATOM not in above.kinds | below.kinds:
+            return Relation(expression(omega), "≈", Quotient(above, below).expression())
+        under = (to_power(to_formula(x), Fraction(-1)) for x in (turning.inertia, self._inertia))
+        size = Expression((multiply(to_formula(slope * slope), *under),))
+        return Relation(expression(omega * omega), "≈", size)
 
     def _sleep(self) -> Relation | None:
         """Return the condition on p at which a spinning axis is stable at x = 0."""

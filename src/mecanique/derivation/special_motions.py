@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from itertools import chain, combinations
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -12,8 +12,15 @@ import numpy as np
 from mecanique.derivation.linear import Linear, linear, linearize_at
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.printing.expressions import to_formula
-from mecanique.derivation.printing.formulas import Sum, add, multiply
-from mecanique.derivation.printing.writers import Equation, Expression, OverRoot, Printed, Root
+from mecanique.derivation.printing.formulas import Call, Sum, add, multiply
+from mecanique.derivation.printing.writers import (
+    Equation,
+    Expression,
+    OverRoot,
+    Printed,
+    Relation,
+    Root,
+)
 from mecanique.derivation.rotations import rotations_of
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.elementary import sqrt
@@ -24,10 +31,10 @@ from mecanique.derivation.symbolic.derivation import (
     NO_ENDING,
     Derivation,
     Ending,
-    Left,
     Matrix,
     Result,
 )
+from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.multipliers import (
     Quotient,
     cramer,
@@ -50,10 +57,11 @@ _LONGEST = 12
 _TITLE = "Small motions"
 _LAST = 100
 """Place of a frequency in a product of letters."""
-_NEAR = "Deviations from the position of rest {} obey linear equations to first order."
+_NEAR = "Deviations from the position of rest {} obey {} to first order."
 _BOTH = "The squares of both natural frequencies are the roots of the last equation."
 _VIBRATION = "Steady vibration"
 _DRIVEN = "Driven harmonically, it vibrates at the rate {} once its free motion has died away."
+_RESONANT = "{} has a greatest value where the inequality holds."
 _SINGLE = "One motion meets no force, the other has the natural frequency of the last line."
 _FREE = "Left to itself, it oscillates with the natural frequency of its linear equation."
 _SHAPES = "In the first mode {}, in the second {}."
@@ -94,7 +102,8 @@ def _find_small_motions(derivation: Derivation) -> Ending:
         moved = [f"{name} = {expression(x).text()}" for name, x in place.items() if x]
         zero = [name for name, x in place.items() if not x]
         moved += [" = ".join([*zero, "0"])] if zero else []
-        said.append(_NEAR.format(enumerate_words(moved)))
+        obeyed = "a linear equation" if single else "linear equations"
+        said.append(_NEAR.format(enumerate_words(moved), obeyed))
         lines += small.equations
     if single and not {"omega", "zeta"} & {*values}:
         figures = small.figures
@@ -169,21 +178,33 @@ def _find_steady_vibration(derivation: Derivation) -> Ending:
     amplitude = f"A_{name}"
     lines: list[Printed] = [OverRoot(amplitude, expression(_lead(force)), Expression(below.terms))]
     meanings = {amplitude: f"amplitude of {name} [{units(mechanism)[name]}]"}
-    for line in chain(*(stage.results for stage in derivation.stages)):
-        quantity = line.left.symbol if isinstance(line.left, Left) else ""
-        base = _take_wave(line.right, wave)
-        share = line.right.diff(name)
-        if quantity.startswith("r_") and base and is_constant(share):
-            above = _square(tidy(share * force / base + elastic), damping)
-            transmissibility = f"H_{quantity[2:]}"
-            square = Expression((multiply((above, 1), (below, -1)),))
-            lines.append(Root(transmissibility, square))
-            meanings[transmissibility] = f"ratio of the amplitude of {quantity} to the base's"
+    if damping:
+        phase = f"phi_{name}"
+        tangent = Call("tan", add([to_formula(ring.unknown(phase, Kind.PARAMETER))]))
+        ratio = Quotient(*divide_common([damping, elastic])).expression()
+        lines.append(Relation(Expression((multiply((tangent, 1)),)), "=", ratio))
+        meanings[phase] = f"angle by which {name} lags behind its force [rad]"
+    kinematics = Kinematics(derivation.algebra)
+    for body in (body for body in mechanism.bodies if derivation.algebra.series(body.mass)):
+        for axis, place in zip("xyz", kinematics.point(body.name, body.center), strict=True):
+            base, share = _take_wave(tidy(place), wave), place.diff(name)
+            if base and is_constant(share):
+                above = _square(tidy(share * force / base + elastic), damping)
+                transmissibility = f"H_{body.name}_{axis}"
+                square = Expression((multiply((above, 1), (below, -1)),))
+                lines.append(Root(transmissibility, square))
+                meanings[transmissibility] = (
+                    f"amplitude of {body.name} along {axis} over that of what drives it"
+                )
+    said = _DRIVEN.format(expression(rate).text())
     resonance = _find_resonance((M, C, K), force, rate, mechanism.values)
     if resonance is not None:
         lines.append(resonance)
         meanings[resonance.name] = f"{expression(rate).text()} at which {amplitude} is greatest"
-    return Ending(_DRIVEN.format(expression(rate).text()), tuple(lines), meanings, _VIBRATION)
+        if C and resonance.square != expression(tidy(K / M)):
+            said += f" {_RESONANT.format(amplitude)}"
+            lines.append(Relation(expression(C * C), "<", expression(tidy(2 * K * M))))
+    return Ending(said, tuple(lines), meanings, _VIBRATION)
 
 
 def _take_wave(series: Series, wave: int) -> Series:

@@ -33,7 +33,11 @@ _APART = 1e-3
 
 
 def find_borders(
-    rows: Sequence[Sequence[Series]], exponent: str, speed: str, values: Mapping[str, float]
+    rows: Sequence[Sequence[Series]],
+    exponent: str,
+    speed: str,
+    values: Mapping[str, float],
+    unit: str,
 ) -> Ending:
     """Return the speeds at which stability changes, in letters where they are short.
 
@@ -42,6 +46,7 @@ def find_borders(
         exponent: name of the exponent.
         speed: name of the speed.
         values: of all other letters.
+        unit: of the speed, behind its meaning.
     """
     ring = rows[0][0].ring
     powers = determinant(ring, rows).coefficients([exponent])
@@ -65,7 +70,7 @@ def find_borders(
         square = _solve(a[min(a)], speed) if letter == "c" else None
         said.append(_BORDERS[letter].format(side, name, condition))
         lines.append(Root(name, square and square.expression(), f"{border:.9g}"))
-        unknowns[name] = _MEANINGS[letter]
+        unknowns[name] = f"{_MEANINGS[letter]}{unit}"
     return Ending(" ".join(said), tuple(lines), unknowns)
 
 

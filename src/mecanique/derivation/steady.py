@@ -40,6 +40,7 @@ from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.tolerances import NEAT
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism_units import units
 from mecanique.program.evaluation import replay
 from mecanique.program.sweeps import push_forward
 from mecanique.program.tape import Value
@@ -191,7 +192,7 @@ def steady_letters(
     }
     stages = [Stage("Steady motion", _MOTION.format(motion.speed), motion.lines())]
     stages += [Stage(*head, tuple(lines)) for head, lines in steps.items() if lines]
-    meanings = {motion.speed: "speed of the steady motion"}
+    meanings = {motion.speed: f"speed of the steady motion{motion.unit}"}
     if g is not None:
         meanings[expression(g).text()] = "acceleration of free fall [m/s²]"
     labels = {
@@ -224,7 +225,7 @@ def steady_letters(
 
     rows = [*map(collect, map(Substitution(same, {}), sums))]
     values = {**mechanism.values, **letters}
-    borders = find_borders(rows, exponent, motion.speed, values)
+    borders = find_borders(rows, exponent, motion.speed, values, motion.unit)
     ending = Ending(
         f"{numbers.sentence} {borders.sentence}".strip(),
         (*numbers.lines, *borders.lines),
@@ -287,7 +288,11 @@ class _Motion:
         self._rest = values_of([h - Q for h, Q in loads])
         self._jacobian = [values_of(row) for row in loops.jacobian]
         self._slips = values_of(loops.rate)
-        self.speed = ring.choose_name(("u", "U", "speed", "v_0"))
+        rates = {f" [{units(mechanism)[name]}/s]" for name in speeds}
+        self.unit = rates.pop() if len(rates) == 1 else ""
+        """The unit of the speed, as it stands behind its meaning."""
+        usual = ("v", "V") if self.unit == " [m/s]" else ("u", "U")
+        self.speed = ring.choose_name((*usual, "speed", "v_0"))
         """The letter of the speed."""
         self.u = ring.parameter(self.speed)
         # what is asked for gives way last

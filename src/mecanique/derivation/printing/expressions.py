@@ -279,12 +279,10 @@ def _gather(ring: Ring, rows: list[tuple[dict[int, int], Fraction]]) -> list[Pro
     if shared.get(best, 0) < 2:
         return [_term(ring, c, d) for d, c in rows]
     index, e = best
-    inside, outside = [], []
-    for d, c in rows:
-        if d.get(index) == e:
-            inside.append(({i: k for i, k in d.items() if i != index}, c))
-        else:
-            outside.append((d, c))
+    held = [(d, c) for d, c in rows if d.get(index) == e]
+    outside = [(d, c) for d, c in rows if d.get(index) != e]
+    common = dict(set.intersection(*({*d.items()} for d, _ in held)))
+    inside = [({i: k for i, k in d.items() if i not in common}, c) for d, c in held]
     above, below = [c.numerator for _, c in inside], [c.denominator for _, c in inside]
     shared_number = Fraction(math.gcd(*above), math.lcm(*below))
     if (
@@ -292,7 +290,8 @@ def _gather(ring: Ring, rows: list[tuple[dict[int, int], Fraction]]) -> list[Pro
     ):  # measured numbers share no factor
         shared_number = Fraction(1)
     inner = add(_gather(ring, [(d, c / shared_number) for d, c in inside]))
-    drawn = multiply(number(shared_number), _power(ring, index, e), inner)
+    powers = [_power(ring, i, k) for i, k in sorted(common.items())]
+    drawn = multiply(number(shared_number), *powers, inner)
     return [drawn, *_gather(ring, outside)]
 
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from html import escape
 from itertools import pairwise
+from math import isqrt
 from typing import ClassVar, final
 from xml.etree.ElementTree import Element, fromstring, tostring
 
@@ -31,6 +32,8 @@ _NUMBERED = re.compile(r"([^\W\d_]+?)(\d+)")
 _WORD = re.compile(r"(?:\\d+ot\{)?\\text\{")
 _WORDY = re.compile(r"(?:<m(?:over|sub|sup|subsup)[^>]*>)*<mi>\w{2,}</mi>")
 _BRACKETS = ("(", "\\left(")
+_LARGE = 10**6
+"""Numbers up to this are searched for squares that stand before a root."""
 _THIN = '<mspace width="0.1667em"/>'
 
 
@@ -568,9 +571,25 @@ class Root(Printed):
         """Write it in the format of a writer."""
         written = writer.letter(self.name, False, "")
         if self.square is not None:
-            root = writer.call("sqrt", self.square.write(writer), "")
-            written = writer.equation(written, root)
+            above, below, square = _take_squares(self.square)
+            root = writer.call("sqrt", square.write(writer), "")
+            outside = ([writer.number(str(n))] if n > 1 else [] for n in (above, below))
+            written = writer.equation(written, writer.term(next(outside), next(outside), [root]))
         return writer.equation(written, writer.number(self.value)) if self.value else written
+
+
+def _take_squares(square: Printed) -> tuple[int, int, Printed]:
+    """Return the numbers before and below the root of a single product, and what stays under it."""
+    if not isinstance(square, Expression) or len(square.terms) != 1:
+        return 1, 1, square
+    (term,) = square.terms
+    number = Fraction(term.number)
+    above, below = (
+        max(n for n in range(1, isqrt(k) + 1) if k % n**2 == 0) if 0 < k < _LARGE else 1
+        for k in (number.numerator, number.denominator)
+    )
+    rest = replace(term, number=number * below**2 / above**2)
+    return above, below, Expression((rest,), square.decimals)
 
 
 @final

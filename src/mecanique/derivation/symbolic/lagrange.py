@@ -61,7 +61,12 @@ Squares: TypeAlias = "tuple[tuple[Series, Series], ...]"
 def _write_squares(T: Series, squares: Squares) -> Expression:
     """Write a kinetic energy by the squares of angular velocities, where that is shorter."""
     plain = expression(T)
-    return shorter(half_squares(squares), plain) if squares else plain
+    if not squares:
+        return plain
+    sums = [(factor, w) for factor, w in squares if len(w) > 1]
+    rest = tidy(T - T.ring.sum([factor * w * w / 2 for factor, w in sums]))
+    mixed = join((expression(rest), half_squares(sums)))
+    return shorter(half_squares(squares), shorter(mixed, plain))
 
 
 def collect_squares(squares: Mapping[str, Squares]) -> Squares:
@@ -166,7 +171,10 @@ def write_momentum(p: Series, velocity: str, squares: Squares) -> Expression:
     """Write the momentum Σ I w ∂w/∂q' with its angular velocities as they are, if shorter."""
     plain = expression(p)
     parts = [(tidy(factor * slope), w) for factor, w in squares if (slope := w.diff(velocity))]
-    return shorter(add_weighted(parts), plain) if parts else plain
+    sums = [(share, w) for share, w in parts if len(w) > 1]
+    rest = tidy(p - p.ring.sum([share * w for share, w in sums]))
+    mixed = join((expression(rest), add_weighted(sums)))
+    return shorter(add_weighted(parts), shorter(mixed, plain)) if sums else plain
 
 
 def energy_integral(lagrange: Lagrange, *, by_squares: bool = True) -> list[Stage]:

@@ -327,10 +327,8 @@ def loop_stages(
         stages += _differentiate_loops(loops)
     rolling = [tie for tie in ties if tie.of_velocities or tie.of_contact]
     if rolling:
-        sentence = (
-            "Where a body rolls, its point of contact has the same velocity as the point it "
-            "touches; a blade does not move sideways."
-        )
+        blades = {tie.name.endswith("_side") for tie in rolling if tie.of_contact}
+        sentence = " ".join(_CONTACTS[blade] for blade in sorted(blades))
         loads, moving = list[str](), sum(tie.of_velocities for tie in rolling)
         if moving:
             about, warning = _INTEGRABLE[_integrate(ties)]
@@ -346,9 +344,18 @@ def loop_stages(
                 f"the work λ δ{letter}; therefore {enumerate_words(loads)} "
                 f"{'are' if len(loads) > 1 else 'is'} added to the generalized forces."
             )
-        stages.append(Stage("Constraints on velocities", sentence, _list_demands(rolling)))
+        said = sentence.lstrip()
+        stages.append(Stage("Constraints on velocities", said, _list_demands(rolling)))
     return stages
 
+
+_CONTACTS = {
+    False: (
+        "Where a body rolls, its point of contact has the same velocity as the point it touches."
+    ),
+    True: "A blade does not move sideways.",
+}
+"""What is said of contacts, by whether they are blades."""
 
 _INTEGRABLE = {
     True: (

@@ -192,7 +192,7 @@ class NewtonEuler:
             if not self.balances.transmits(cut)
             for other in reversed(self.balances.list_chain(cut))
         ]
-        if idle:
+        if idle and sentences:
             transmit = "transmits" if len(idle) == 1 else "transmit"
             sentences.append(f"{enumerate_words(idle)} {transmit} nothing.")
         if self.balances.guiding.names:

@@ -158,7 +158,9 @@ class Routh:
             " and the constant energy E in it" if energy else "",
         )
         rates = reversed(stages[_FOLLOWING])  # the last one is given by momenta alone
-        lines: tuple[Result, ...] = (*stages[_CYCLIC], *rates, *stages[_ROUTH][1:], *energy)
+        momenta = dict(zip((x.name for x in ignored), stages[_CYCLIC], strict=True))
+        listed = [momenta[name] for name in cyclic]
+        lines: tuple[Result, ...] = (*listed, *rates, *stages[_ROUTH][1:], *energy)
         return Ending(sentence, (*lines, *written), derivation.unknowns)
 
 
@@ -363,7 +365,10 @@ _REFERRED = (
     "multiplies {0}'', the inertia referred to {0}; {1} what multiplies {0}'², which is ½ dJ/d{0}; "
     "and Q_{0}, the generalized force, all else."
 )
-_LEFT = "One equation is left for {0}{2}: J {0}'' + {1} {0}'² = Q_{0}."
+_LEFT = (
+    "One equation is left for {0}{2}: J {0}'' + {1} {0}'² = Q_{0}. The loops give the other "
+    "coordinates, Φ = 0."
+)
 _FOLLOW = (
     "The loops make every other coordinate a function of {0}: its velocity is K {0}', with the "
     "kinematic coefficient K named after it. The loop equations, differentiated by {0}, are linear "

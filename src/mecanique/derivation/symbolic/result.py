@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from math import inf
 
-from mecanique.derivation.printing.writers import Printed
+from mecanique.derivation.printing.writers import Equation, Printed
 from mecanique.derivation.scalars.cancel import without_common_divisor
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import (
@@ -56,7 +56,6 @@ def result_of(derivation: Derivation) -> Ending:
     reduced = _reduce(derivation)
     said, told, lines, last = list[str](), list[str](), list[Printed](), list[Printed]()
     sections = [*reduced.sections[:-1]]
-    of_work = bool(reduced.sections and derivation.quasi)  # whose equations leave out the forces
     with suppress(DerivationError):  # loops, and constraints without displacements everywhere
         loops = bool(derivation.algebra.mechanism.loops)
         # what multiplies out to more than twice as many terms seldom becomes as short as is shown
@@ -84,18 +83,18 @@ def result_of(derivation: Derivation) -> Ending:
         if solved.forces:
             by = "" if solved.accelerations else " from the accelerations"
             said.append(f"The forces of the constraints follow{by}.")
-            told += [] if of_work else said[-1:]
+            told.append(said[-1])
         inserted = _insert(derivation.reactions, solved)
         if inserted:
             said.append(f"Inserted, they give {enumerate_words([*inserted])}.")
             told.append(said[-1])
         forces = [*solved.forces.items(), *inserted.items()]
-        accelerations = [value.equate(name) for name, value in solved.accelerations.items()]
-        rest = [*(value.equate(name) for name, value in forces), *solved.turned]
+        accelerations = [*_list_accelerations(solved)]
+        rest = [solved.turned.get(name) or value.equate(name) for name, value in forces]
         lines += [*accelerations, *rest]
         if not reduced.sections:
             last += accelerations
-        last += [] if of_work else rest
+        last += rest
     if lines and not reduced.lines:  # those of the loops are short enough to stand here
         reduced = NO_ENDING
     integrals = [*_list_integrals(derivation.stages)]
@@ -113,6 +112,16 @@ def result_of(derivation: Derivation) -> Ending:
     sections.append(Ending(" ".join(told), (*last, *closing.lines)))
     whole = (*lines, *integrals, *new)
     return Ending(" ".join(said), whole, reduced.unknowns, sections=tuple(sections))
+
+
+def _list_accelerations(solved: EliminatedSolution) -> Iterator[Equation]:
+    """Yield the accelerations; of those that follow, only what is no longer than those kept."""
+    kept = {f"{name}'" for name in solved.kept}
+    sizes = {name: len(value.above) for name, value in solved.accelerations.items()}
+    longest = max((sizes[name] for name in sizes.keys() & kept), default=inf)
+    for name, value in solved.accelerations.items():
+        if name in kept or 0 < sizes[name] <= longest:
+            yield value.equate(name)
 
 
 def _eliminate(derivation: Derivation, solved: EliminatedSolution) -> Ending:

@@ -95,14 +95,16 @@ class EliminatedSolution:
         return equations(rows) if all(rows) else ()
 
     @cached_property
-    def turned(self) -> tuple[Equation, ...]:
+    def turned(self) -> Mapping[str, Equation]:
         """Forces along x and y of a plane put together along and across what turns, if shorter."""
-        return tuple(
-            line
+        return {
+            axis: line
             for name, force in self.forces.items()
-            if name.endswith("_x") and f"{name[:-1]}y" in self.forces
-            for line in _turn(name, force, self.forces[f"{name[:-1]}y"])
-        )
+            if name.endswith("_x") and (other := f"{name[:-1]}y") in self.forces
+            for axis, line in zip(
+                (name, other), _turn(name, force, self.forces[other]), strict=False
+            )
+        }
 
 
 def solve(

@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from typing import Any, NamedTuple, final
 
 import numpy as np
@@ -29,6 +30,7 @@ from mecanique.derivation.symbolic.derivation import (
     Result,
     Stage,
     Tie,
+    lefts_of,
     list_components,
     mass_and_bias,
 )
@@ -358,8 +360,15 @@ class VirtualWork:
     def derivation(self) -> Derivation:
         """Return the equations of motion with their steps."""
         algebra, ring = self.algebra, self.algebra.ring
-        stages = [stage for cut in self.balances.bodies for stage in self._body(cut)]
         ledger, displacements = self.ledger, self._displacements
+        entries = {cut.body: ledger.enter(cut) for cut in self.balances.bodies}
+        turns = any(left.quantity.startswith("δφ") for left in lefts_of(chain(*entries.values())))
+        sentence = self._explain_work(turns=turns)
+        stages = [
+            stage
+            for cut in self.balances.bodies
+            for stage in self._body(cut, sentence, entries[cut.body])
+        ]
         spread = [cut.body for cut in self.balances.bodies if cut.inert and ledger.is_spread(cut)]
         inertia = [*ledger.inertia, *ledger.weights, *self._rotors()]
         M, h = mass_and_bias(algebra, [-c for c in displacements.coefficients(inertia)])
@@ -463,23 +472,25 @@ class VirtualWork:
                 results.append(Result(left, tidied * delta, partial(distribute, tidied, delta)))
         return Stage(title, sentence, tuple(results))
 
-    def _body(self, cut: Cut) -> Iterator[Stage]:
+    def _explain_work(self, *, turns: bool) -> str:
+        """Say what the work of a force is, and where bodies turn that of a couple."""
+        taken = {name.replace("phi", "φ") for name in self._displacements.names}
+        index = " (with an index)"
+        move, turn = (f" {x}{index if x in taken else ''}" for x in ("δr", "δφ"))
+        couple = f", each couple C in the virtual rotation{turn} of the body" if turns else ""
+        return (
+            f"Each force F does work in the virtual displacement{move} of its point{couple}: δW is "
+            "the sum of the products of their components. Those that do no work are not listed."
+        )
+
+    def _body(self, cut: Cut, sentence: str, entries: Sequence[Result]) -> Iterator[Stage]:
         """Yield the steps of a body: inertia forces, equilibrium, work of all forces on it."""
         if cut.inert:
             yield self._inertia_forces(cut)
         yield from self._equilibrium(cut)
-        entries = self.ledger.enter(cut)
         if entries:
-            taken = {name.replace("phi", "φ") for name in self._displacements.names}
-            index = " (with an index)"
-            move, turn = (f" {x}{index if x in taken else ''}" for x in ("δr", "δφ"))
-            sentence = (
-                f"Each force F does work in the virtual displacement{move} of its point, each "
-                f"couple C in the virtual rotation{turn} of the body: δW is the sum of the "
-                "products of their components. Those that do no work are not listed."
-                f"{self.ledger.locate(cut)}"
-            )
-            yield Stage(f"Virtual work on {cut.body}", sentence, tuple(entries))
+            said = f"{sentence}{self.ledger.locate(cut)}"
+            yield Stage(f"Virtual work on {cut.body}", said, tuple(entries))
 
     def _inertia_forces(self, cut: Cut) -> Stage:
         """Return the step with d'Alembert's inertia forces and their resultant."""

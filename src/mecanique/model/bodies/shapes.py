@@ -30,7 +30,7 @@ _CLEAR_BLUE: Rgba = (*_BLUE[:3], 0.5)
 _CLEAR_ORANGE: Rgba = (*_ORANGE[:3], 0.5)
 
 HOMOGENEOUS = {
-    "slender rod": "m l²/12 across it",
+    "slender rod": "m l²/12 about a transverse axis",
     "solid box": "m (b² + c²)/12 about the edge a",
     "thin plate": "m b²/12 about the edge a, m (a² + b²)/12 about the normal",
     "thin disk": "m r²/4 about a diameter, m r²/2 about the axis",
