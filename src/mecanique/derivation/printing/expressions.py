@@ -282,7 +282,7 @@ def _gather(ring: Ring, rows: list[tuple[dict[int, int], Fraction]]) -> list[Pro
     held = [(d, c) for d, c in rows if d.get(index) == e]
     outside = [(d, c) for d, c in rows if d.get(index) != e]
     common = dict(set.intersection(*({*d.items()} for d, _ in held)))
-    inside = [({i: k for i, k in d.items() if i not in common}, c) for d, c in held]
+    inside = [(dict(d.items() - common.items()), c) for d, c in held]
     above, below = [c.numerator for _, c in inside], [c.denominator for _, c in inside]
     shared_number = Fraction(math.gcd(*above), math.lcm(*below))
     if (

@@ -37,7 +37,8 @@ def shortest(series: Series, *, products: bool) -> Form:
     """Return the form of a series with the fewest symbols."""
     angles = series.ring.angles
     # a law of time keeps its frequency: sin 2t is no 2 sin t cos t
-    products = products and any(angles[i].argument.kinds - _TIMED for i in series.turns())
+    kinds = frozenset[Kind]().union(*(angles[i].argument.kinds for i in series.turns()))
+    products = products and bool(kinds - _TIMED or Kind.TIME not in kinds)
     forms = _list_forms(series, products)
     first, *others = chain(forms, _list_single_angles(series)) if products else forms
     return min(first, *others, key=_rank) if others else first

@@ -578,16 +578,19 @@ class Root(Printed):
         return writer.equation(written, writer.number(self.value)) if self.value else written
 
 
+def _find_root(number: int) -> int:
+    """Return the largest number whose square divides a number, 1 for what is large."""
+    roots = range(1, isqrt(number) + 1) if 0 < number < _LARGE else ()
+    return max((n for n in roots if number % n**2 == 0), default=1)
+
+
 def _take_squares(square: Printed) -> tuple[int, int, Printed]:
     """Return the numbers before and below the root of a single product, and what stays under it."""
     if not isinstance(square, Expression) or len(square.terms) != 1:
         return 1, 1, square
     (term,) = square.terms
     number = Fraction(term.number)
-    above, below = (
-        max(n for n in range(1, isqrt(k) + 1) if k % n**2 == 0) if 0 < k < _LARGE else 1
-        for k in (number.numerator, number.denominator)
-    )
+    above, below = map(_find_root, (number.numerator, number.denominator))
     rest = replace(term, number=number * below**2 / above**2)
     return above, below, Expression((rest,), square.decimals)
 
