@@ -153,3 +153,15 @@ def test_a_side_with_ends_is_one_of_a_plane() -> None:
         mq.Contact("in", "ball", radius=0.1, bowl=1.0, length=TABLE)
     with pytest.raises(mq.MechanismError, match="contact 'top': expected a length of at least 0"):
         move_in_plane(mq.ball(1.0, 0.1), mq.Contact("top", "body", radius=0.1, length=-1.0))
+
+
+def test_a_motion_is_drawn_with_its_table_not_with_forces_that_may_be_none() -> None:
+    block = make_block(0.4, 0.2, 0.3)
+    motion = mq.simulate(block, q={"x": -0.5, "z": 0.1}, v={"x": 2.0}, duration=0.3)
+    drawn, cut = mq.picture(motion, 0.2), mq.picture(motion, 0.1, free_body="body")
+    still = mq.picture(block, q=motion(0.2).q.tolist())
+    assert isinstance(drawn, mq.Drawing)
+    assert isinstance(still, mq.Drawing)
+    assert isinstance(cut, mq.Drawing)
+    assert drawn.svg == still.svg
+    assert "rear" in cut.svg

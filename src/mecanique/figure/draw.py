@@ -122,7 +122,10 @@ def picture(
         'rod.svg'
     """
     form = "" if path is None else _check(path)
-    seen = _set_up(shown, t, q)
+    if isinstance(shown, Motion):
+        seen = _set_up_motion(shown, t, q, whole=free_body is None)
+    else:
+        seen = _set_up(shown, t, q)
     marks = _marks(seen, free_body, resultants=resultants, numbers=numbers)
     title = _title(seen, free_body)
     if path is None:
@@ -166,26 +169,34 @@ def figure_tex(
     return tex(_marks(_set_up(mechanism, None, posture(mechanism, start)), free_body))
 
 
+def _set_up_motion(shown: Motion, t: float | None, q: object, *, whole: bool) -> Setting:
+    if q is not None:
+        raise InputError(
+            "expected no q together with a Motion, which has its own; ask for a time t instead"
+        )
+    state = shown(float(shown.t[0]) if t is None else t)
+    # what touches is drawn as itself; on a body cut free as its forces
+    mechanism, reference = shown.mechanism, shown.reference
+    switching = shown.described.switching if whole else ()
+    if switching:
+        mechanism = replace(shown.described, switching=())
+        reference = Reference.of(mechanism)
+    return setting(
+        mechanism,
+        reference,
+        np.asarray(state.q),
+        np.asarray(state.v),
+        float(state.t),
+        switching=switching,
+    )
+
+
 def _set_up(
-    shown: Motion | Mechanism,
+    shown: Mechanism,
     t: float | None,
     q: Mapping[str, float] | Sequence[float] | np.ndarray | None,
     extent: tuple[float, float] = (WIDTH, HEIGHT),
 ) -> Setting:
-    if isinstance(shown, Motion):
-        if q is not None:
-            raise InputError(
-                "expected no q together with a Motion, which has its own; ask for a time t instead"
-            )
-        state = shown(float(shown.t[0]) if t is None else t)
-        return setting(
-            shown.mechanism,
-            shown.reference,
-            np.asarray(state.q),
-            np.asarray(state.v),
-            float(state.t),
-            switching=shown.mechanism.switching,
-        )
     if isinstance(shown, Mechanism):
         position = posture(shown) if q is None else shown.position(q)
         instant = 0.0 if t is None else float(t)
