@@ -250,8 +250,9 @@ def _gaps(mechanism: Mechanism, engine: Reference, q: Array) -> Array:
     # a format may name loops otherwise, but keeps the order of those of a kind
     for loop in sorted(mechanism.loops, key=lambda loop: loop.kind):
         first, second = mechanism.matrix(loop.frame_a), mechanism.matrix(loop.frame_b)
-        bodies = [np.array([engine.pose(body, state) for state in q]) for body in loop.bodies]
-        relative = np.linalg.inv(bodies[0]) @ bodies[1] @ second
+        a, b = loop.bodies
+        turns = [np.linalg.inv(engine.pose(a, state)) @ engine.pose(b, state) for state in q]
+        relative = np.array(turns) @ second
         # in the axes of the body, as frames may be turned about what turns freely
         apart = (relative - first)[:, :3]
         if loop.kind == "distance":

@@ -427,6 +427,6 @@ def test_a_length_that_differs_is_not_proved(monkeypatch: pytest.MonkeyPatch) ->
         )
         for length in (1.5, 1.6)
     )
-    written = room.write_urdf(wrong)
+    written = mq.write_urdf(wrong)
     monkeypatch.setitem(room._WRITERS, "URDF", lambda _: written)
     assert mq.convert(right, "URDF", states=3).worst > 1e-3

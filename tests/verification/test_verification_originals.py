@@ -268,10 +268,37 @@ def test_engines_read_mjcf_themselves_and_lines_they_leave_out_are_named() -> No
     assert mq.verify(mq.read(MJCF), samples=3).readings == ()
 
 
+TWO = """<mujoco model="m"><option viscosity="1"/><worldbody>
+<body name="a"><joint name="a" axis="0 1 0"/><geom size="0.1" pos="0.1 0 0"/></body>
+<body name="b"><joint name="b" axis="1 0 0"/><geom size="0.1" pos="0 0 0.3"/></body></worldbody>
+{}</mujoco>"""
+
+
+def test_forces_on_joints_that_follow_others_are_compared_where_those_lead_them() -> None:
+    pytest.importorskip("mujoco")
+    text = TWO.format('<equality><joint joint1="a" joint2="b" polycoef="0.1 0.5 0.2"/></equality>')
+    (mujoco,) = mq.verify(mq.read(text), samples=3, engines=("mujoco",)).readings
+    assert mujoco.worst is not None
+    assert mujoco.worst < 1e-12
+
+
+def test_what_mujoco_loses_of_a_tendons_armature_is_named() -> None:
+    pytest.importorskip("mujoco")
+    text = TWO.format(
+        '<tendon><fixed armature="2"><joint joint="a" coef="1"/><joint joint="b" coef="1"/></fixed>'
+        "</tendon>"
+    )
+    (mujoco,) = mq.verify(mq.read(text), samples=3, engines=("mujoco",)).readings
+    lost = "leaves out armature=… of <fixed> between bodies of which none carries the other"
+    assert mujoco.differs
+    assert f"line 4: MuJoCo {lost}" in mujoco.remarks
+
+
 def test_engines_that_read_no_sdf_say_so() -> None:
-    text = '<sdf version="1.9"><model name="m"><link name="a"/><joint name="q" type="revolute">'
+    text = '<sdf version="1.9"><model name="m"><link name="a"/><joint name="q" type="universal">'
     text += (
-        "<parent>world</parent><child>a</child><axis><xyz>0 1 0</xyz></axis></joint></model></sdf>"
+        "<parent>world</parent><child>a</child><axis><xyz>0 1 0</xyz><dynamics><damping>0.3"
+        "</damping></dynamics></axis><axis2><xyz>1 0 0</xyz></axis2></joint></model></sdf>"
     )
     found = mq.verify(mq.read(text), samples=3, engines=("mujoco", "pinocchio", "drake")).readings
     assert found[0].refused == "it has no reader of SDF"

@@ -962,7 +962,7 @@ class _Reader(Source):
             volume, moments = self._fit(texts, form, solid)
         total = texts.number("density", 1000.0) * volume
         total = texts.number("mass", total)
-        return Mass(total, solid.center, total * moments, principal_axes(moments)).move(place)
+        return Mass(total, solid.center, total * moments, solid.axes).move(place)
 
     def _fit(self, texts: Given, form: str, solid: Mass) -> tuple[float, Array]:
         """Volume and inertia by mass of a geom that takes the place of a mesh."""

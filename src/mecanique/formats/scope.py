@@ -17,7 +17,7 @@ from mecanique.model.bodies.visuals import Mesh
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.expression import coordinate, evaluate, plain, symbols_in
 from mecanique.model.force_base import AnyForce
-from mecanique.model.forces import Damper, Force, JointDamper, JointSpring, Spring
+from mecanique.model.forces import Damper, Force, JointDamper, JointSpring, Spring, Torque
 from mecanique.model.joint_base import Single
 from mecanique.model.joints import Fixed, Floating, Joint, Planar, Prismatic, Revolute
 from mecanique.model.mechanism import Mechanism
@@ -93,7 +93,7 @@ SCOPES: Mapping[Form, Scope] = {
             (".sdf",),
             ("drake",),
             (JointSpring, JointDamper),
-            (JointSpring, JointDamper),
+            (JointSpring, JointDamper, Torque),
             loops=frozenset({"ball", "weld", "hinge"}),
             degree=1,
             joints=(Planar,),

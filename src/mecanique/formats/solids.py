@@ -22,8 +22,8 @@ RULES: Mapping[str, Rule] = {rule: rule for rule in get_args(Rule)}
 SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
 """How many sizes each kind of geom has that has a volume."""
 
-_MOST_CORNERS = 1000
-"""Most corners of a face."""
+_MOST_CORNERS = 100
+"""Most corners of a face that MuJoCo reads; it leaves out those with more."""
 
 _MOST_CUTS = 5_000_000
 """Most corners tried in a file, where each may be tried for every other one of its face."""
@@ -31,8 +31,11 @@ _MOST_CUTS = 5_000_000
 _SMALL = 1e-15
 """What MuJoCo takes for no volume and no area."""
 
-_STRAIGHT = 1e-14
-"""How far the cosine of a turn is from one that MuJoCo leaves out."""
+_LEFT = 1e-7
+"""The largest product of inertia that MuJoCo leaves to a mesh, by its largest entry (measured)."""
+
+_ROUNDING = 1e-14
+"""The largest product of inertia, by the largest entry, that counts as none."""
 
 _SKIN = 1e-6
 """How far MuJoCo blows up an ellipsoid to find its shell's inertia [m]."""
@@ -104,33 +107,25 @@ def mesh_of(corners: Corners, rule: Rule) -> Mass:
         middle = weights @ (0.75 * centers + 0.25 * apex) / weights.sum()
         weights = count(pyramids(corners, middle))
     inertia = inertia_of(corners - middle, weights, shell=rule == "shell")
-    return Mass(float(weights.sum()), middle, as_principal(inertia))
+    axes = principal_axes(inertia, _LEFT)
+    inertia = axes @ np.diag(np.diagonal(axes.T @ inertia @ axes)) @ axes.T
+    return Mass(float(weights.sum()), middle, inertia, axes)
 
 
-def as_principal(inertia: Array) -> Array:
-    """Return a tensor as MuJoCo keeps it: by principal moments about `principal_axes`."""
-    axes = principal_axes(inertia)
-    moments = np.diagonal(axes.T @ inertia @ axes)
-    return np.asarray(axes @ np.diag(moments) @ axes.T)
+def principal_axes(inertia: Array, least: float = _ROUNDING) -> Array:
+    """Return principal axes of a tensor by Jacobi's iteration from its own axes, as MuJoCo does.
 
-
-def principal_axes(inertia: Array) -> Array:
-    """Return principal axes of a tensor as MuJoCo finds them, to about 1e-7 rad.
-
-    Its Jacobi iteration ends before a turn whose cosine is one but for 1e-14, as measured.
+    It ends where no product of inertia exceeds a least part of the tensor's largest entry.
     """
-    axes = np.eye(3)
+    axes, least = np.eye(3), least * float(np.abs(inertia).max())
     for _ in range(500):
         turned = axes.T @ inertia @ axes
-        pairs = ((1, 2), (0, 2), (0, 1))
-        r, c = max(pairs, key=lambda pair: abs(turned[pair]))
-        if not turned[r, c]:
+        r, c = max(((1, 2), (0, 2), (0, 1)), key=lambda pair: abs(turned[pair]))
+        if abs(turned[r, c]) <= least:
             break
         tau = (turned[c, c] - turned[r, r]) / (2 * turned[r, c])
         tangent = math.copysign(1.0, tau) / (abs(tau) + math.sqrt(1 + tau * tau))
         cosine = 1 / math.sqrt(1 + tangent * tangent)
-        if cosine > 1 - _STRAIGHT:
-            break
         step = np.eye(3)
         step[r, r] = step[c, c] = cosine
         step[r, c], step[c, r] = tangent * cosine, -tangent * cosine
@@ -213,7 +208,7 @@ def _read_first_object(data: bytes) -> Corners:
     if any(len(point) != 3 for point in points):
         raise InputError("expected points of three numbers")
     places = np.array(points, dtype=np.float32).astype(float).reshape(-1, 3)
-    if sum(len(face) ** 2 for face in faces if len(face) > 4) > _MOST_CUTS:
+    if sum(len(face) ** 2 for face in faces if 4 < len(face) <= _MOST_CORNERS) > _MOST_CUTS:
         raise InputError("expected fewer faces of many points: cut them into triangles")
     triangles: list[list[int]] = []
     for face in faces:
@@ -225,22 +220,24 @@ def _cut(face: list[int], places: Array) -> list[list[int]]:
     """Cut a face into triangles as MuJoCo does, a quadrangle along its shorter diagonal."""
     if len(face) == 3:
         return [face]
-    if not 3 < len(face) <= _MOST_CORNERS or not all(0 <= k < len(places) for k in face):
-        message = f"expected faces of 3 to {_MOST_CORNERS} points that are there"
-        raise InputError(f"{message}, got one of {len(face)}")
+    if len(face) < 3 or not all(0 <= k < len(places) for k in face):
+        raise InputError(
+            f"expected faces of 3 points or more that are there, got one of {len(face)}"
+        )
     if len(face) > 4:
-        return _cut_ears(face, places)
+        return _cut_ears(face, places) if len(face) <= _MOST_CORNERS else []
     a, b, c, d = face
-    first = np.linalg.norm(places[c] - places[a])
-    second = np.linalg.norm(places[d] - places[b])
-    return [[a, b, c], [a, c, d]] if first < second else [[a, b, d], [b, c, d]]
+    ac, bd = (places[[c, d]] - places[[a, b]]).astype(np.float32)
+    shorter = (ac * ac).sum() < (bd * bd).sum()
+    return [[a, b, c], [a, c, d]] if shorter else [[a, b, d], [b, c, d]]
 
 
 def _cut_ears(face: list[int], places: Array) -> list[list[int]]:
     """Cut off a polygon's corners one by one, in the plane of two axes, in single precision.
 
     tinyobjloader, which MuJoCo reads OBJ with, compares a corner's turn with the area between its
-    first side and the origin, so that what it cuts may overlap; what it cannot cut is left out.
+    first side and the origin, so that what it cuts may overlap; what it cannot cut, or has left
+    after the last of its tries, is left out.
     """
     points = places[face].astype(np.float32)
     sides = np.roll(points, -1, axis=0) - points
@@ -256,15 +253,15 @@ def _cut_ears(face: list[int], places: Array) -> list[list[int]]:
     rest, start, tries = [*range(len(face))], 0, len(face)
     triangles: list[list[int]] = []
     while len(rest) > 3 and tries:
-        start %= len(rest)
+        start, tries = start % len(rest), tries - 1
         ahead = rest[start:] + rest[:start]
         a, b, c = ear = flat[ahead[:3]]
         if _area(b - a, c - b) * _area(a, b) < 0 or _holds(ear, flat[ahead[3:]]):
-            start, tries = start + 1, tries - 1
+            start += 1
             continue
         triangles.append(ahead[:3])
         del rest[(start + 1) % len(rest)]
-        tries = len(rest)
+        tries = tries and len(rest) + 1
     triangles += [rest] if len(rest) == 3 else []
     return [list(map(face.__getitem__, corners)) for corners in triangles]
 
@@ -276,13 +273,12 @@ def _area(a: Array, b: Array) -> float:
 
 def _holds(corners: NDArray[np.float32], points: NDArray[np.float32]) -> bool:
     """Whether a ray along x leaves a triangle once, from any of the points of a plane, (n, 2)."""
-    inside = np.zeros(len(points), dtype=bool)
-    for a, b in zip(corners, np.roll(corners, 1, axis=0), strict=True):
-        crossed = (a[1] > points[:, 1]) != (b[1] > points[:, 1])
-        if crossed.any():
-            reach = (b[0] - a[0]) * (points[:, 1] - a[1]) / (b[1] - a[1]) + a[0]
-            inside ^= crossed & (points[:, 0] < reach)
-    return bool(inside.any())
+    (ax, ay), (bx, by) = corners.T[:, :, None], corners[[2, 0, 1]].T[:, :, None]
+    x, y = points.T
+    crossed = (ay > y) != (by > y)
+    height = np.where(crossed, by - ay, 1)
+    inside = crossed & (x < (bx - ax) * (y - ay) / height + ax)
+    return bool((inside.sum(axis=0) % 2).any())
 
 
 def _read_msh(data: bytes) -> Corners:

@@ -77,8 +77,8 @@ def read_by(mechanism: Mechanism, engines: Sequence[str], seed: int) -> tuple[En
     whole = _read_again(mechanism, origin)
     passive = passive_forces(whole, origin.form)
     if origin.form == "URDF" and len(passive) < len(whole.forces):
-        return _compare_all(_strip(whole), origin, chosen, seed)  # with tags of one engine
-    return _compare_all(_strip(whole), origin, chosen, seed, passive=passive)
+        return _compare_all(whole, origin, chosen, seed)  # with tags of one engine
+    return _compare_all(whole, origin, chosen, seed, passive=passive)
 
 
 def passive_forces(mechanism: Mechanism, form: str) -> tuple[AnyForce, ...]:
@@ -106,7 +106,7 @@ def read_text_by(
         passive: the springs and dampers that engines compute, if they compute any.
     """
     origin = Origin(None, text.encode())
-    return _compare_all(_strip(mechanism), origin, _choose(engines), seed, states, passive)
+    return _compare_all(mechanism, origin, _choose(engines), seed, states, passive)
 
 
 def _choose(engines: Sequence[str]) -> list[Engine]:
@@ -147,7 +147,7 @@ def _strip(mechanism: Mechanism) -> Mechanism:
 
 
 def _compare_all(
-    tree: Mechanism,
+    whole: Mechanism,
     origin: Origin,
     engines: Sequence[Engine],
     seed: int,
@@ -155,6 +155,7 @@ def _compare_all(
     passive: Sequence[AnyForce] | None = None,
 ) -> tuple[EngineReading, ...]:
     """Compare what engines read with what mecanique read, and with one another."""
+    tree = _strip(whole)
     moving = (j for j in tree.joints if j.nv and j.name not in tree.coordinates.driven)
     ours = {joint.name: joint for joint in moving}
     random = np.random.default_rng(seed)
@@ -163,6 +164,8 @@ def _compare_all(
         name: random.uniform(-1.0, 1.0, (states, len(_rates(tree, joint))))
         for name, joint in ours.items()
     }
+    if passive:  # which are stated in the coordinates that lead
+        _follow(whole, ours, q, v)
     loaded = None if passive is None else replace(tree, forces=tuple(passive))
     asked = _Asked(tree, loaded, origin, ours, q, v)
     readings: list[EngineReading] = []
@@ -188,6 +191,39 @@ def _compare_all(
 def _rates(tree: Mechanism, joint: Joint) -> list[str]:
     """Names of a joint's velocities that follow no others, as a screw's travel does."""
     return [rate for rate in joint.velocities if rate in tree.velocities]
+
+
+def _follow(
+    whole: Mechanism, ours: Mapping[str, Joint], q: dict[str, Array], v: dict[str, Array]
+) -> None:
+    """Place joints that follow others where these lead them."""
+    laws = whole.coordinates.driven
+    led = [name for name, joint in ours.items() if {*joint.coordinates} <= laws.keys()]
+    if not led:
+        return
+    bare: dict[str, Any] = dict.fromkeys(("forces", "loops", "contacts", "elements"), ())
+    tree = replace(whole, **bare)
+    joints = [joint for name, joint in ours.items() if name not in led]
+    place, speed, _ = _join(tree, joints, q, v)
+    values = Reference(tree).followers(place, speed)
+    for name in led:
+        (coordinate,), (rate,) = ours[name].coordinates, ours[name].velocities
+        q[name], v[name] = values[coordinate][:, None], values[rate][:, None]
+
+
+def _join(
+    tree: Mechanism, joints: Sequence[Joint], q: Mapping[str, Array], v: Mapping[str, Array]
+) -> tuple[Array, Array, list[int]]:
+    """Return positions and velocities by joint as those of a tree, and which rates they are."""
+    states = max(map(len, q.values()), default=_STATES)
+    place, speed = np.tile(tree.neutral(), (states, 1)), np.zeros((states, tree.nv))
+    at: list[int] = []
+    for joint in joints:
+        rates = [tree.velocities.index(rate) for rate in _rates(tree, joint)]
+        free = [tree.coordinates.index(c) for c in joint.coordinates if c in tree.coordinates]
+        place[:, free], speed[:, rates] = q[joint.name], v[joint.name]
+        at += rates
+    return place, speed, at
 
 
 def _draw_place(tree: Mechanism, joint: Joint, states: int, random: np.random.Generator) -> Array:
@@ -243,16 +279,8 @@ class _Asked:
     def answers(self, names: Sequence[str], *, loaded: bool) -> tuple[Array, Array]:
         """M and the forces without acceleration as mecanique reads the file, in some joints."""
         tree = self.loaded if loaded and self.loaded is not None else self.tree
-        engine, states = Reference(tree), max(map(len, self.q.values()), default=_STATES)
-        place, speed = np.tile(tree.neutral(), (states, 1)), np.zeros((states, tree.nv))
-        at: list[int] = []
-        for name in names:
-            joint = self.ours[name]
-            rates = [tree.velocities.index(rate) for rate in _rates(tree, joint)]
-            free = [c for c in joint.coordinates if c in tree.coordinates]
-            place[:, [tree.coordinates.index(c) for c in free]] = self.q[name]
-            speed[:, rates] = self.v[name]
-            at += rates
+        engine = Reference(tree)
+        place, speed, at = _join(tree, [self.ours[name] for name in names], self.q, self.v)
         mass = np.asarray(engine.mass_matrix(place))
         bias = np.asarray(engine.inverse_dynamics(place, speed, np.zeros_like(speed)))
         return mass[:, at][:, :, at], bias[:, at]
@@ -365,16 +393,20 @@ def _traps(origin: Origin, engine: Engine) -> Iterator[str]:
         return
     root = parse(text, Report(None))
     for element in root.walk() if root is not None else ():
-        for tag, attribute in _LEFT_OUT.get((origin.form, engine.title), ()):
+        for tag, attribute, *where in _LEFT_OUT.get((origin.form, engine.title), ()):
             if element.tag == tag and (not attribute or attribute in element.attributes):
                 what = f"{attribute}=… of <{tag}>" if attribute else f"<{tag}>"
-                yield f"line {element.line}: {engine.title} leaves out {what}"
+                yield " ".join([f"line {element.line}: {engine.title} leaves out {what}", *where])
 
 
 _REASONS = ("M101", "M105", "M107", "M116", "M202", "M203", "M204", "M305", "M307", "M705", "M706")
 """Rules on what engines read otherwise."""
 
-_LEFT_OUT: Mapping[tuple[str, str], Sequence[tuple[str, str]]] = {
+_LEFT_OUT: Mapping[tuple[str, str], Sequence[tuple[str, ...]]] = {
+    ("MJCF", "MuJoCo"): (
+        ("fixed", "armature", "between bodies of which none carries the other"),
+        ("spatial", "armature", "between bodies of which none carries the other"),
+    ),
     ("MJCF", "Pinocchio"): (
         ("compiler", "eulerseq"),
         ("compiler", "inertiagrouprange"),
@@ -404,4 +436,4 @@ _LEFT_OUT: Mapping[tuple[str, str], Sequence[tuple[str, str]]] = {
     ),
     ("SDF", "Drake"): (("gravity", ""),),
 }
-"""What engines read of a format without effect (measured: pin 4.1.0, drake 1.51.1)."""
+"""What engines read of a format without effect (pin 4.1.0, drake 1.51.1, mujoco 4.0.0)."""
