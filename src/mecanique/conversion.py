@@ -250,9 +250,8 @@ def _gaps(mechanism: Mechanism, engine: Reference, q: Array) -> Array:
     # a format may name loops otherwise, but keeps the order of those of a kind
     for loop in sorted(mechanism.loops, key=lambda loop: loop.kind):
         first, second = mechanism.matrix(loop.frame_a), mechanism.matrix(loop.frame_b)
-        a, b = loop.bodies
-        turns = [np.linalg.inv(engine.pose(a, state)) @ engine.pose(b, state) for state in q]
-        relative = np.array(turns) @ second
+        base, end = (np.asarray(engine.pose(body, q)) for body in loop.bodies)
+        relative = np.linalg.inv(base) @ end @ second
         # in the axes of the body, as frames may be turned about what turns freely
         apart = (relative - first)[:, :3]
         if loop.kind == "distance":

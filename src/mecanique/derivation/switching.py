@@ -51,6 +51,13 @@ READABLE = 16
 LONGEST_FRACTION = 1_000_000
 """Largest denominator of a fraction; those of binary numbers are longer."""
 
+MOST_TERMS = 100
+"""Terms of a polynomial up to which sin² + cos² = 1 is used on its factors, one by one."""
+
+LONGEST_FACTORED = 400
+"""Operations of a formula up to which each factor is made as short as can be. A ball on a seesaw,
+whose formulas have 500 to 900, took twice as long with it, and they were no shorter."""
+
 MOST_SIMPLIFIED = 30
 """Operations of a formula up to which sympy's `simplify` is tried, whose time grows without end."""
 
@@ -485,14 +492,43 @@ def _solve(laws: list[Any], unknowns: list[Any], known: dict[Any, Any]) -> dict[
     if min(prod(map(sum, lines)) for lines in (rows, zip(*rows, strict=True))) > LONGEST_SYSTEM:
         return None
     numerators, denominator = system[:, :-1].solve_den(system[:, -1:], method="charpoly")
-    field = exact.domain
-    solved = numerators.convert_to(field) / field.convert_from(denominator, system.domain)
+    field, ring = exact.domain, system.domain
+    angles = sorted({call.args[0] for call in calls}, key=str)
+    waves = [(calls.get(sin(angle)), calls.get(cos(angle))) for angle in angles]
+    pairs = [(s, c) for s, c in waves if s is not None and c is not None]
+
+    def divide(above: Any, below: Any) -> Any:
+        """Return a fraction short by s² + c² = 1, which leaves common factors to be found anew."""
+        above, below = (field.convert_from(_fold(side, pairs), ring) for side in (above, below))
+        return above / below
+
+    solved = numerators.applyfunc(lambda above: divide(above, denominator), field)
     others = exact[count:, :-1] * solved - exact[count:, -1:]
+    if pairs:
+        others = others.applyfunc(lambda value: divide(value.numer, value.denom))
     back = {letter: call.xreplace(decimals) for call, letter in calls.items()}
     values = [*solved.to_Matrix(), *others.to_Matrix()]
     short = [_shorten(value.xreplace(back)) for value in values]
     short = [_write_decimals(value, everywhere=bool(decimals)) for value in short]
     return dict(zip([*unknowns, *known], short, strict=True))
+
+
+def _fold(polynomial: Any, pairs: list[tuple[Any, Any]]) -> Any:
+    """Return a long polynomial without squares of sines, or of their cosines, where it is shorter.
+
+    Of a short one it is left to its factors, which may be gone afterwards.
+    """
+    for pair in pairs if _count_terms(polynomial) > MOST_TERMS else ():
+        places = [polynomial.ring.symbols.index(letter) for letter in pair]
+        for square, other in (places, reversed(places)):
+            folded = polynomial.ring.zero
+            rest = 1 - polynomial.ring.gens[other] ** 2
+            for monomial, c in polynomial.terms():
+                halves, odd = divmod(monomial[square], 2)
+                lower = (*monomial[:square], odd, *monomial[square + 1 :])
+                folded += polynomial.ring.term_new(lower, c) * rest**halves
+            polynomial = min(polynomial, folded, key=len)
+    return polynomial
 
 
 def _count_terms(entry: Any) -> int:
@@ -520,7 +556,7 @@ def _is_singular(matrix: Any) -> bool:
 
 def _shorten(value: Any) -> Any:
     """Return a formula in factors, short by sin² + cos² = 1."""
-    from sympy import cos, factor, factor_list, fraction, rem, simplify, sin, together
+    from sympy import cos, factor, factor_list, factor_terms, fraction, rem, simplify, sin, together
 
     def shorten_factor(part: Any) -> Any:
         for angle in sorted({call.args[0] for call in part.atoms(sin, cos)}, key=str):
@@ -530,10 +566,15 @@ def _shorten(value: Any) -> Any:
             part = min(ways, key=_length)
         return part
 
+    long = value.count_ops() > LONGEST_FACTORED
     parts = []
     for side in fraction(together(value)):
         number, factors = factor_list(side)
-        parts.append(number * prod(shorten_factor(part) ** power for part, power in factors))
+        if not long:
+            factors = [(shorten_factor(part), power) for part, power in factors]
+        parts.append(number * prod(part**power for part, power in factors))
+    if long:
+        return factor_terms(parts[0] / parts[1])
     short = factor(parts[0] / parts[1])
     if short.count_ops() > MOST_SIMPLIFIED:
         return short
