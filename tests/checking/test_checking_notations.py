@@ -256,3 +256,18 @@ def test_umlauts_of_words_are_no_derivatives(word: str) -> None:
     pendulum = mq.textbook.load("simple_pendulum")
     assert mq.check(pendulum, f"{word}: q'' + g/l sin q = 0").right
     assert mq.check(pendulum, "ml q\u0308 + mg sin q = 0").right
+
+
+@pytest.mark.parametrize(
+    ("answer", "outcome"),
+    [
+        (r"\omega = \pm\sqrt{g/l}", "right"),
+        ("T = ± 2 pi sqrt(l/g)", "right"),
+        ("omega^2 = ± g/l", "wrong"),
+        ("omega = ± sqrt(2 g/l)", "wrong"),
+        ("omega = -sqrt(g/l)", "wrong"),
+    ],
+)
+def test_both_signs_of_a_frequency_are_one_frequency(answer: str, outcome: str) -> None:
+    pendulum = mq.textbook.load("simple_pendulum")
+    assert mq.check(pendulum, answer, ask="frequency").outcome == outcome

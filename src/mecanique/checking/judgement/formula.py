@@ -110,6 +110,11 @@ def _judge_value(
                 judged = replace(judged, rounding=find_rounding(residual, text))
             tried.append(judged)
         covers = [k for k, judged in enumerate(tried) if judged.agrees]
+        if quantity.kind == "several" and not covers and _BOTH_SIGNS.search(statement.text):
+            mirrored = ({key: -x for key, x in values.items()} for values in cases)
+            again = (_residual(statement, truth, values, name, text, fixed) for values in mirrored)
+            if any(_judge_residual(residual).agrees for residual in again):
+                continue  # of ± the other root, whose frequency is the same
         judged, values = min(zip(tried, cases, strict=True), key=lambda pair: pair[0].worst)
         best = judged.residual
         assert best is not None, "it is judged by one"
@@ -306,6 +311,7 @@ def _judge_matrix(
     return judged
 
 
+_BOTH_SIGNS = re.compile(r"±|\\pm\b")
 _MOST_ORDERED = 4
 _MEASURES = ((re.compile(r"(?<!/)\bHz$"), "f"), (re.compile(r"\d\s*(?:s|sec|ms)$"), "T"))
 """Units of frequencies and periods at the end of a number, and the letter that it stands for."""
