@@ -466,3 +466,38 @@ def test_roots_of_angles_are_solved_for_as_letters() -> None:
     along = 9.81 * (0.5 - 0.2 * np.sqrt(0.75))
     assert float(slides.accelerations["x''"]) == pytest.approx(along * np.sqrt(0.75), rel=1e-9)
     assert float(slides.accelerations["z''"]) == pytest.approx(-along / 2, rel=1e-9)
+
+
+def test_a_block_on_two_corners_is_told_where_it_stands_and_tips() -> None:
+    """At th = 0, z = h/2: it slides as long as mu <= b/h, and tips otherwise."""
+    b, h = mq.Parameter("b", 0.2, "m"), mq.Parameter("h", 0.4, "m")
+    bodies = mq.Body("ground"), mq.Body("block", mq.box(m, (b, b, h)))
+    plane = mq.Planar("plane", "ground", "block", axis=(0, -1, 0), names=("x", "z", "th"))
+    corners = [
+        mq.Contact(name, "block", (side * b / 2, 0, -h / 2), mu=mu)
+        for name, side in (("rear", -1), ("front", 1))
+    ]
+    standing = mq.Mechanism(
+        "block",
+        bodies,
+        (plane,),
+        parameters=(m, g, mu, alpha, b, h),
+        gravity=INCLINED,
+        switching=tuple(corners),
+    )
+    only = [{"rear": "slips +", "front": "slips +"}]
+    (slides,) = mq.derive_modes(standing, only=only).modes
+    assert str(slides).splitlines()[1:] == [
+        "  x'' = g (sin(alpha) - mu cos(alpha))",
+        "  z'' = 0",
+        "  th'' = 0",
+        "  N_rear = m g (b - mu h) cos(alpha)/(2 b)",
+        "  T_rear = m g mu (mu h - b) cos(alpha)/(2 b)",
+        "  N_front = m g (mu h + b) cos(alpha)/(2 b)",
+        "  T_front = -m g mu (mu h + b) cos(alpha)/(2 b)",
+        "  at th = 0",
+        "  at z = h/2",
+        "  while m g (b - mu h) cos(alpha)/(2 b) ≥ 0",
+        "  while x' > 0",
+        "  while m g (mu h + b) cos(alpha)/(2 b) ≥ 0",
+    ]

@@ -103,9 +103,11 @@ class ModeEquations:
         accelerations: each solved for, a sympy expression by name, e.g. "x''"; empty if the mode
             does not determine them, or they are too long.
         forces: those of the elements, likewise: friction, and normal forces.
-        held: when it holds.
+        held: where and when it holds.
         places: the sort key of each letter in a product.
         unsolved: expressions that are zero, where accelerations and forces are too long to be read.
+        shown: accelerations and forces as they are written: where what is closed leaves one place,
+            there.
     """
 
     states: dict[str, str]
@@ -114,6 +116,7 @@ class ModeEquations:
     held: tuple[ModeCondition, ...]
     places: Mapping[str, tuple[float, float]] = field(repr=False, compare=False)
     unsolved: tuple[Any, ...] = ()
+    shown: Mapping[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def title(self) -> str:
@@ -145,7 +148,7 @@ class ModeEquations:
         unsolved = [_write(law, self.places, writer) for law in self.unsolved]
         return [writer.relation(law, "=", "0") for law in unsolved] + [
             writer.equation(writer.letter(name, False, ""), _write(value, self.places, writer))
-            for name, value in (self.accelerations | self.forces).items()
+            for name, value in self.shown.items()
         ]
 
     def write_conditions(self, writer: Writer) -> list[tuple[str, str]]:
@@ -292,7 +295,7 @@ def derive_modes(
         >>> print(mq.derive_modes(dry_block)["slips +"].conditions[0])
         while q1' > 0
     """
-    from sympy import Matrix, Symbol, sympify
+    from sympy import Matrix, Symbol, nan, sympify, zoo
 
     _refuse_unwritten(mechanism)
     derivation = Lagrange(close_contacts(mechanism)).derivation()
@@ -332,19 +335,30 @@ def derive_modes(
         unsolved = () if solution is not None else tuple(laws)
         if solution is None:  # conditions are told in the letters of its forces
             solution = known | {symbol: symbol for symbol in left if symbol in symbols}
-        conditions: list[ModeCondition] = []
-        for forces, state in zip(unknown, states, strict=True):
-            conditions += _list_conditions(forces, state, solution)
+        chosen_states = list(zip(unknown, states, strict=True))
+        place = _find_place(mechanism, [forces for forces, state in chosen_states if state != OPEN])
+        written = {symbol: _put(value, place) for symbol, value in solution.items()}
+        if written == solution or any(value.has(nan, zoo) for value in written.values()):
+            place, written = {}, solution
+        held = [
+            ModeCondition("at", letter, "=", value)
+            for letter, value in place.items()
+            if str(letter) in mechanism.coordinates
+        ]
+        for forces, state in chosen_states:
+            held += _list_conditions(forces, state, written, place)
         pairs = zip(mechanism.velocities, accelerations, strict=True)
-        named = {f"{name}'": solution.get(s) for name, s in pairs}
+        named = {s: f"{name}'" for name, s in pairs if s in solution}
+        acting = {s: str(s) for s in symbols if solution.get(s, 0) not in (0, s)}
         modes.append(
             ModeEquations(
-                {forces.element.name: state for forces, state in zip(unknown, states, strict=True)},
-                {name: value for name, value in named.items() if value is not None},
-                {str(s): solution[s] for s in symbols if solution.get(s, 0) not in (0, s)},
-                tuple(conditions),
+                {forces.element.name: state for forces, state in chosen_states},
+                {name: solution[s] for s, name in named.items()},
+                {name: solution[s] for s, name in acting.items()},
+                tuple(dict.fromkeys(held)),
                 places,
                 unsolved,
+                {name: written[s] for s, name in (named | acting).items()},
             )
         )
     return Modes(mechanism, tuple(modes))
@@ -444,6 +458,41 @@ def _constrain(forces: _ElementForces, state: str) -> Iterator[tuple[_Row, Any]]
     if tangent is not None:
         sign = {STICKS: 0, FORWARD: -1, BACKWARD: 1}[state]
         yield tangent, sign * element.coefficients[0] * _find_load(element) if sign else None
+
+
+def _find_place(mechanism: Mechanism, closed: Sequence[_ElementForces]) -> dict[Any, Any]:
+    """Return coordinates to which closed elements leave one value, with it, and their rates.
+
+    So both corners of a block on a slope leave it th = 0 and z = h/2; angles are tried at zero.
+    """
+    from sympy import Matrix, Symbol, cos, linsolve, sin
+    from sympy.solvers.solveset import NonlinearError
+
+    rigid = [forces for forces in closed if getattr(forces.element, "stiffness", None) is None]
+    gaps = [forces.normal.gap for forces in rigid if forces.normal is not None]
+    letters = [Symbol(name) for name in mechanism.coordinates.names]
+    letters = [letter for letter in letters if any(gap.has(letter) for gap in gaps)]
+    if not letters or any(gap.has(Symbol("t")) for gap in gaps):
+        return {}
+    turning = Matrix(gaps).atoms(sin, cos)
+    place = {x: 0 for x in letters if any(call.has(x) for call in turning)}
+    lengths = [letter for letter in letters if letter not in place]
+    level = Matrix(gaps).subs(place)
+    try:
+        (solved,) = linsolve([*level], lengths) if lengths else ((),)
+    except (NonlinearError, ValueError):  # of no solution, too
+        return {}
+    place |= dict(zip(lengths, solved, strict=True))
+    apart = [gap for gap in Matrix(gaps).subs(place) if gap.expand() != 0]
+    slopes = Matrix(gaps).jacobian(letters).subs(place)
+    if apart or slopes.rank() < len(letters):
+        return {}
+    return place | {Symbol(f"{letter}'"): 0 for letter in letters}
+
+
+def _put(value: Any, place: Mapping[Any, Any]) -> Any:
+    """Return a formula at a place."""
+    return _shorten(value.subs(place)) if place and value.free_symbols & place.keys() else value
 
 
 def _find_load(element: Switching) -> Any:
@@ -590,7 +639,7 @@ def _length(formula: Any) -> tuple[int, int, str]:
 
 
 def _list_conditions(
-    forces: _ElementForces, state: str, solution: dict[Any, Any]
+    forces: _ElementForces, state: str, solution: dict[Any, Any], place: Mapping[Any, Any]
 ) -> Iterator[ModeCondition]:
     """Yield when an element is in a state."""
     element, normal, tangent = forces
@@ -600,11 +649,15 @@ def _list_conditions(
         yield ModeCondition(f"while {element.name} is apart{beyond}")
         return
     if ends and normal is not None and normal.foot is not None:
-        yield ModeCondition("while", _drop_sign(normal.foot), "≤", element.length / 2, sized=True)
+        yield ModeCondition(
+            "while", _drop_sign(_put(normal.foot, place)), "≤", element.length / 2, sized=True
+        )
     if normal is not None and normal.symbol in solution:
         pressed = solution[normal.symbol]
         if pressed.is_number and pressed < 0:
             yield ModeCondition(f"never, as {normal.symbol} would be", pressed)
+        elif pressed == 0:
+            yield ModeCondition(f"{element.name} touches without force")
         else:
             least = -element.holds if isinstance(element, Stop) else 0
             yield ModeCondition("while", pressed, "≥", plain(least))
@@ -612,7 +665,8 @@ def _list_conditions(
         return
     if state != STICKS:
         sign = ">" if state == FORWARD else "<"
-        yield ModeCondition("while", _shorten(tangent.rate), sign, 0)
+        rate = _put(tangent.rate, place) or tangent.rate
+        yield ModeCondition("while", _shorten(rate), sign, 0)
     elif tangent.symbol in solution:
         load, limit = _find_load(element), element.coefficients[1]
         load = solution.get(load, load)
