@@ -101,7 +101,7 @@ def test_each_kind_of_question_has_a_verified_answer(
         ("two_link_arm", "driving force", "it has no single input"),
         ("simple_pendulum", "conserved momentum", "has no cyclic coordinate"),
         ("simple_pendulum", "Jacobi's integral", "it has no Jacobi integral but its energy"),
-        ("rolling_disk", "reaction", "no reaction is determined"),
+        ("free_particle", "reaction", "no reaction is determined"),
         ("simple_pendulum", "damped period", "it is not damped"),
         ("base_excited_mass", "period in seconds", "expected an undamped mechanism that swings"),
     ],
@@ -109,6 +109,14 @@ def test_each_kind_of_question_has_a_verified_answer(
 def test_a_question_that_a_system_does_not_have_is_refused(system: str, ask: str, why: str) -> None:
     with pytest.raises(mq.InputError, match=f"no such exercise about '{system}'.*{why}"):
         make_exercise(system, ask)
+
+
+def test_the_forces_of_a_contact_are_asked_for() -> None:
+    exercise = make_exercise("rolling_disk", "reaction")
+    assert exercise.answer.splitlines() == [
+        "lambda_contact_normal = m g cos(alpha)",
+        "lambda_contact_x = -m g sin(alpha)/3",
+    ]
 
 
 @pytest.mark.parametrize(

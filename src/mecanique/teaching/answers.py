@@ -100,7 +100,7 @@ class Solver:
         return WorkedAnswer(solved, self._whole)
 
     def reactions(self) -> WorkedAnswer:
-        """Return the reactions in the joints in terms of the accelerations."""
+        """Return the reactions in joints in terms of the accelerations, or in contacts."""
         by_methods = (derive(self._mechanism, method) for method in METHODS)
         equations = next((e for e in by_methods if e.derivation.reactions), self._equations)
         derivation, lines = equations.derivation, dict[str, str]()
@@ -109,6 +109,9 @@ class Solver:
             forces = {g.name for g in series.generators() if g.kind is Kind.REACTION}
             if forces <= determined:
                 lines[name] = f"{name} = {_say(series)}"
+        if not lines and derivation.ties:  # of what rolls, the forces of its contacts
+            solved = self._equations.solved()
+            lines = {name: str(force) for name, force in solved.forces.items()}
         self._refuse(not lines, "no reaction is determined")
         return WorkedAnswer("\n".join(lines.values()), _write_steps(equations), ", ".join(lines))
 
@@ -473,7 +476,7 @@ KINDS = {
         effort=3,
     ),
     "reaction": ExerciseKind(
-        "Find the reactions in the joints, {what}.",
+        "Find the reactions {what}.",
         Solver.reactions,
         " of {what}",
         effort=3,
