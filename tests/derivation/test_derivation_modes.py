@@ -468,16 +468,17 @@ def test_roots_of_angles_are_solved_for_as_letters() -> None:
     assert float(slides.accelerations["z''"]) == pytest.approx(-along / 2, rel=1e-9)
 
 
-def test_a_block_on_two_corners_is_told_where_it_stands_and_tips() -> None:
-    """At th = 0, z = h/2: it slides as long as mu <= b/h, and tips otherwise."""
+def make_box(*levels: int, friction: mq.Parameter | float = mu) -> mq.Mechanism:
+    """Return a box on an incline with the corners below its center, above it, or both."""
     b, h = mq.Parameter("b", 0.2, "m"), mq.Parameter("h", 0.4, "m")
     bodies = mq.Body("ground"), mq.Body("block", mq.box(m, (b, b, h)))
     plane = mq.Planar("plane", "ground", "block", axis=(0, -1, 0), names=("x", "z", "th"))
     corners = [
-        mq.Contact(name, "block", (side * b / 2, 0, -h / 2), mu=mu)
+        mq.Contact(f"{name} {level}", "block", (side * b / 2, 0, level * h / 2), mu=friction)
+        for level in levels
         for name, side in (("rear", -1), ("front", 1))
     ]
-    standing = mq.Mechanism(
+    return mq.Mechanism(
         "block",
         bodies,
         (plane,),
@@ -485,19 +486,39 @@ def test_a_block_on_two_corners_is_told_where_it_stands_and_tips() -> None:
         gravity=INCLINED,
         switching=tuple(corners),
     )
-    only = [{"rear": "slips +", "front": "slips +"}]
-    (slides,) = mq.derive_modes(standing, only=only).modes
+
+
+def test_a_block_on_two_corners_is_told_where_it_stands_and_tips() -> None:
+    """At th = 0, z = h/2: it slides as long as mu <= b/h, and tips otherwise."""
+    only = [{"rear -1": "slips +", "front -1": "slips +"}]
+    (slides,) = mq.derive_modes(make_box(-1), only=only).modes
     assert str(slides).splitlines()[1:] == [
         "  x'' = g (sin(alpha) - mu cos(alpha))",
         "  z'' = 0",
         "  th'' = 0",
-        "  N_rear = m g (b - mu h) cos(alpha)/(2 b)",
-        "  T_rear = m g mu (mu h - b) cos(alpha)/(2 b)",
-        "  N_front = m g (mu h + b) cos(alpha)/(2 b)",
-        "  T_front = -m g mu (mu h + b) cos(alpha)/(2 b)",
+        "  N_rear__1 = m g (b - mu h) cos(alpha)/(2 b)",
+        "  T_rear__1 = m g mu (mu h - b) cos(alpha)/(2 b)",
+        "  N_front__1 = m g (mu h + b) cos(alpha)/(2 b)",
+        "  T_front__1 = -m g mu (mu h + b) cos(alpha)/(2 b)",
         "  at th = 0",
         "  at z = h/2",
         "  while m g (b - mu h) cos(alpha)/(2 b) ≥ 0",
         "  while x' > 0",
         "  while m g (mu h + b) cos(alpha)/(2 b) ≥ 0",
     ]
+
+
+@pytest.mark.parametrize(
+    ("touching", "place"),
+    [
+        (("rear -1", "front -1"), ["at th = 0", "at z = h/2"]),
+        (("rear 1", "front 1"), ["at th = pi", "at z = h/2"]),
+        (("rear 1", "rear -1"), ["at th = pi/2", "at z = b/2"]),
+        (("front 1", "front -1"), ["at th = -pi/2", "at z = b/2"]),
+    ],
+)
+def test_a_box_lies_on_the_side_that_touches(touching: tuple[str, str], place: list[str]) -> None:
+    box = make_box(-1, 1, friction=0.0)
+    states = {corner.name: "open" for corner in box.switching} | dict.fromkeys(touching, "closed")
+    (mode,) = mq.derive_modes(box, only=[states]).modes
+    assert [line for line in mode.conditions if line.startswith("at")] == place

@@ -58,6 +58,9 @@ LONGEST_FACTORED = 400
 """Operations of a formula up to which each factor is made as short as can be. A ball on a seesaw,
 whose formulas have 500 to 900, took twice as long with it, and they were no shorter."""
 
+MOST_TURNED = 2
+"""Angles at most whose quarter turns are tried as the place of a mode; others stay at zero."""
+
 MOST_SIMPLIFIED = 30
 """Operations of a formula up to which sympy's `simplify` is tried, whose time grows without end."""
 
@@ -336,7 +339,7 @@ def derive_modes(
         if solution is None:  # conditions are told in the letters of its forces
             solution = known | {symbol: symbol for symbol in left if symbol in symbols}
         chosen_states = list(zip(unknown, states, strict=True))
-        place = _find_place(mechanism, [forces for forces, state in chosen_states if state != OPEN])
+        place = _find_place(mechanism, chosen_states)
         written = {symbol: _put(value, place) for symbol, value in solution.items()}
         if written == solution or any(value.has(nan, zoo) for value in written.values()):
             place, written = {}, solution
@@ -460,34 +463,42 @@ def _constrain(forces: _ElementForces, state: str) -> Iterator[tuple[_Row, Any]]
         yield tangent, sign * element.coefficients[0] * _find_load(element) if sign else None
 
 
-def _find_place(mechanism: Mechanism, closed: Sequence[_ElementForces]) -> dict[Any, Any]:
+def _find_place(
+    mechanism: Mechanism, states: Sequence[tuple[_ElementForces, str]]
+) -> dict[Any, Any]:
     """Return coordinates to which closed elements leave one value, with it, and their rates.
 
-    So both corners of a block on a slope leave it th = 0 and z = h/2; angles are tried at zero.
+    So both corners of a block on a slope leave it th = 0 and z = h/2. Of angles quarter turns are
+    tried, at which no open gap is negative; numbers are those that the mechanism has.
     """
-    from sympy import Matrix, Symbol, cos, linsolve, sin
+    from sympy import Matrix, Symbol, cos, linsolve, pi, sin
     from sympy.solvers.solveset import NonlinearError
 
-    rigid = [forces for forces in closed if getattr(forces.element, "stiffness", None) is None]
-    gaps = [forces.normal.gap for forces in rigid if forces.normal is not None]
-    letters = [Symbol(name) for name in mechanism.coordinates.names]
-    letters = [letter for letter in letters if any(gap.has(letter) for gap in gaps)]
-    if not letters or any(gap.has(Symbol("t")) for gap in gaps):
+    gaps: dict[bool, list[Any]] = {True: [], False: []}
+    for forces, state in states:
+        if forces.normal is not None and getattr(forces.element, "stiffness", None) is None:
+            gaps[state != OPEN].append(forces.normal.gap)
+    closed = Matrix(gaps[True])
+    letters = [Symbol(name) for name in mechanism.coordinates.names if closed.has(Symbol(name))]
+    if not letters or closed.has(Symbol("t")):
         return {}
-    turning = Matrix(gaps).atoms(sin, cos)
-    place = {x: 0 for x in letters if any(call.has(x) for call in turning)}
-    lengths = [letter for letter in letters if letter not in place]
-    level = Matrix(gaps).subs(place)
-    try:
-        (solved,) = linsolve([*level], lengths) if lengths else ((),)
-    except (NonlinearError, ValueError):  # of no solution, too
-        return {}
-    place |= dict(zip(lengths, solved, strict=True))
-    apart = [gap for gap in Matrix(gaps).subs(place) if gap.expand() != 0]
-    slopes = Matrix(gaps).jacobian(letters).subs(place)
-    if apart or slopes.rank() < len(letters):
-        return {}
-    return place | {Symbol(f"{letter}'"): 0 for letter in letters}
+    turning = [x for x in letters if any(call.has(x) for call in closed.atoms(sin, cos))]
+    lengths = [letter for letter in letters if letter not in turning]
+    slopes = closed.jacobian(letters)
+    for angles in product((0, pi, pi / 2, -pi / 2), repeat=min(len(turning), MOST_TURNED)):
+        place = dict.fromkeys(turning, 0) | dict(zip(turning, angles, strict=False))
+        try:
+            (solved,) = linsolve([*closed.subs(place)], lengths) if lengths else ((),)
+        except (NonlinearError, ValueError):  # of no solution, too
+            continue
+        place |= dict(zip(lengths, solved, strict=True))
+        if any(gap.expand() != 0 for gap in closed.subs(place)):
+            continue
+        apart = (gap.subs(place).subs(mechanism.values) for gap in gaps[False])
+        inside = any(gap.is_number and gap < 0 for gap in apart)
+        if not inside and slopes.subs(place).rank() == len(letters):
+            return place | {Symbol(f"{letter}'"): 0 for letter in letters}
+    return {}
 
 
 def _put(value: Any, place: Mapping[Any, Any]) -> Any:
