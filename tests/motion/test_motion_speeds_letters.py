@@ -50,10 +50,10 @@ def test_the_bicycle_in_letters_is_that_of_the_benchmark() -> None:
     text = ride.letters.text()
     assert "     K0_11 = -mR rR - mB zB - mH zH - mF rF\n" in text
     assert "     C1_21 = -(IRyy c rF + IFyy (w + c) rR) cos(tilt)/(w rR rF)\n" in text
-    assert "     rear_spin' = u/rR\n" in text
+    assert "     rear_spin' = v/rR\n" in text
     rows = [line for line in text.splitlines() if line.startswith("     M_11 roll''")]
     assert rows == [
-        "     M_11 roll'' + M_12 steer'' + u C1_12 steer' + K0_11 g roll + (u^2 K2_12 + K0_12 g) "
+        "     M_11 roll'' + M_12 steer'' + v C1_12 steer' + K0_11 g roll + (v^2 K2_12 + K0_12 g) "
         "steer = 0"
     ]
     random = np.random.default_rng(3)

@@ -153,7 +153,7 @@ def test_its_derivation_ends_with_the_matrices_of_the_benchmark() -> None:
             *_, rows = (right for left, _, right in lines if left == name)
             np.testing.assert_allclose(json.loads(rows), matrix, rtol=1e-8, atol=0)
         said = " ".join(run.stdout.split())
-        assert "M q'' + u C1 q' + (g K0 + u² K2) q = 0 for q = (roll, steer)." in said
+        assert "M q'' + v C1 q' + (g K0 + v² K2) q = 0 for q = (roll, steer)." in said
         assert run.stdout.startswith("Whipple bicycle: ")
         if method == "all":
             assert "--method newton_euler or virtual_work writes one" in run.stderr

@@ -482,7 +482,8 @@ def _find_place(
     letters = [Symbol(name) for name in mechanism.coordinates.names if closed.has(Symbol(name))]
     if not letters or closed.has(Symbol("t")):
         return {}
-    turning = [x for x in letters if any(call.has(x) for call in closed.atoms(sin, cos))]
+    calls = Matrix([*closed.atoms(sin, cos)])
+    turning = [letter for letter in letters if calls.has(letter)]
     lengths = [letter for letter in letters if letter not in turning]
     slopes = closed.jacobian(letters)
     for angles in product((0, pi, pi / 2, -pi / 2), repeat=min(len(turning), MOST_TURNED)):

@@ -111,8 +111,9 @@ def _judge_value(
             tried.append(judged)
         covers = [k for k, judged in enumerate(tried) if judged.agrees]
         if quantity.kind == "several" and not covers and _BOTH_SIGNS.search(statement.text):
-            mirrored = ({key: -x for key, x in values.items()} for values in cases)
-            again = (_residual(statement, truth, values, name, text, fixed) for values in mirrored)
+            again = (
+                _residual(statement, truth, _mirror(values), name, text, fixed) for values in cases
+            )
             if any(_judge_residual(residual).agrees for residual in again):
                 continue  # of ± the other root, whose frequency is the same
         judged, values = min(zip(tried, cases, strict=True), key=lambda pair: pair[0].worst)
@@ -131,6 +132,11 @@ def _judge_value(
         all_judged.append(_judge_form(judged, best, truth, quantity))
     kind = "frequencies" if several else "equations"
     return _tell_missing(all_judged, kind) if several or quantity.needed else all_judged
+
+
+def _mirror(values: Mapping[str, Array]) -> dict[str, Array]:
+    """Return the values of the other sign."""
+    return {name: -value for name, value in values.items()}
 
 
 def count_independent(judged: Sequence[Judged]) -> int:
