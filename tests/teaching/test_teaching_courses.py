@@ -101,6 +101,10 @@ def test_the_page_judges_as_python_does() -> None:
     assert {"right", "wrong", "incomplete", "right except for form"} <= {pair[1] for pair in table}
 
 
+def test_slips_of_a_potential_without_a_value_at_zero_are_listed_without_a_warning() -> None:
+    assert describe_question(mq.textbook.load("kepler_orbit"), "equation of motion")["slips"]
+
+
 @pytest.mark.slow
 @needs_node
 def test_the_page_judges_more_answers_as_python_does() -> None:

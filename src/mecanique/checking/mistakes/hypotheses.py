@@ -439,12 +439,13 @@ def linearize(right: RightEquations) -> Iterator[WrongDerivation]:
         M, moved = at_rest.M, np.stack([values[name] for name in names], axis=-1)
         slopes = np.einsum("nij,nj->ni", at_rest.slopes(forces, names), moved)
         rest = at_rest.stack(forces) + slopes
-    places, V = tuple(right.truth.mechanism.coordinates), right.terms.V.copy()
-    slope = at_rest.slopes([right.V], places)[:, 0]
-    curvature = at_rest.slopes([right.V.diff(name) for name in places], places)
-    for k, states in enumerate((values, roll(right.truth, right.sample))):
-        q = np.stack([{**values, **states}[name] for name in places], axis=-1)
-        V[k] = np.einsum("ni,ni->n", slope, q) + np.einsum("nij,ni,nj->n", curvature, q, q) / 2
+        places, V = tuple(right.truth.mechanism.coordinates), right.terms.V.copy()
+        slope = at_rest.slopes([right.V], places)[:, 0]
+        curvature = at_rest.slopes([right.V.diff(name) for name in places], places)
+        for k, states in enumerate((values, roll(right.truth, right.sample))):
+            q = np.stack([{**values, **states}[name] for name in places], axis=-1)
+            V[k] = np.einsum("ni,ni->n", slope, q)
+            V[k] += np.einsum("nij,ni,nj->n", curvature, q, q) / 2
     turning = angles(right.truth.mechanism)
     small = "angles" if turning else "displacements"
     what = f"small {small} are assumed throughout: it is the linearized equation"
