@@ -263,6 +263,7 @@ def test_umlauts_of_words_are_no_derivatives(word: str) -> None:
     [
         (r"\omega = \pm\sqrt{g/l}", "right"),
         ("T = ± 2 pi sqrt(l/g)", "right"),
+        ("omega = ∓ sqrt(g/l)", "right"),
         ("omega^2 = ± g/l", "wrong"),
         ("omega = ± sqrt(2 g/l)", "wrong"),
         ("omega = -sqrt(g/l)", "wrong"),

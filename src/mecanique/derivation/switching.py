@@ -51,7 +51,7 @@ READABLE = 16
 LONGEST_FRACTION = 1_000_000
 """Largest denominator of a fraction; those of binary numbers are longer."""
 
-MOST_TERMS = 100
+LONGEST_UNFOLDED = 100
 """Terms of a polynomial up to which sin² + cos² = 1 is used on its factors, one by one."""
 
 LONGEST_FACTORED = 400
@@ -109,8 +109,8 @@ class ModeEquations:
         held: where and when it holds.
         places: the sort key of each letter in a product.
         unsolved: expressions that are zero, where accelerations and forces are too long to be read.
-        shown: accelerations and forces as they are written: where what is closed leaves one place,
-            there.
+        shown: accelerations and forces as they are written: at the coordinates that the closed
+            elements fix, if there are any.
     """
 
     states: dict[str, str]
@@ -466,10 +466,10 @@ def _constrain(forces: _ElementForces, state: str) -> Iterator[tuple[_Row, Any]]
 def _find_place(
     mechanism: Mechanism, states: Sequence[tuple[_ElementForces, str]]
 ) -> dict[Any, Any]:
-    """Return coordinates to which closed elements leave one value, with it, and their rates.
+    """Return the coordinates that the closed elements fix, with their values, and their rates.
 
-    So both corners of a block on a slope leave it th = 0 and z = h/2. Of angles quarter turns are
-    tried, at which no open gap is negative; numbers are those that the mechanism has.
+    Both corners of a block on a slope fix th = 0 and z = h/2. Angles are tried at quarter turns,
+    the first of which leaves no open gap negative at the mechanism's own parameters.
     """
     from sympy import Matrix, Symbol, cos, linsolve, pi, sin
     from sympy.solvers.solveset import NonlinearError
@@ -579,7 +579,7 @@ def _fold(polynomial: Any, pairs: list[tuple[Any, Any]]) -> Any:
 
     Of a short one it is left to its factors, which may be gone afterwards.
     """
-    for pair in pairs if _count_terms(polynomial) > MOST_TERMS else ():
+    for pair in pairs if _count_terms(polynomial) > LONGEST_UNFOLDED else ():
         places = [polynomial.ring.symbols.index(letter) for letter in pair]
         for square, other in (places, reversed(places)):
             folded = polynomial.ring.zero

@@ -145,7 +145,7 @@ class PageCorners:
                 element.normal,
                 element.tangents[0] if element.tangents else None,
                 struck=element.struck,
-                in_turn=bool(getattr(element.element, "in_turn", False)),
+                in_turn=element.in_turn,
                 by_impulse=element.by_impulse,
                 ends=element.length is not None,
             )

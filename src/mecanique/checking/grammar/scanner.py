@@ -351,6 +351,9 @@ _FIXED = {
 }
 """The kind and the value of each token that is always spelled in one of these ways."""
 
+BOTH_SIGNS = tuple(written for written, (kind, _) in _FIXED.items() if kind == "PLUSMINUS")
+"""How two signs at once are written."""
+
 _SIGN = re.compile(
     "|".join(re.escape(sign) for sign in sorted(_FIXED, key=len, reverse=True) if sign[0] != "\\")
 )

@@ -15,6 +15,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import Statement, name_values
+from mecanique.checking.grammar.scanner import BOTH_SIGNS
 from mecanique.checking.grammar.tape import FormulaTape, needed_values
 from mecanique.checking.grammar.tree import Node, add, letter, negate, number, rate
 from mecanique.checking.judgement.equilibria import judge_positions
@@ -110,7 +111,8 @@ def _judge_value(
                 judged = replace(judged, rounding=find_rounding(residual, text))
             tried.append(judged)
         covers = [k for k, judged in enumerate(tried) if judged.agrees]
-        if quantity.kind == "several" and not covers and _BOTH_SIGNS.search(statement.text):
+        signed = any(signs in statement.text for signs in BOTH_SIGNS)
+        if quantity.kind == "several" and not covers and signed:
             again = (
                 _residual(statement, truth, _mirror(values), name, text, fixed) for values in cases
             )
@@ -317,7 +319,6 @@ def _judge_matrix(
     return judged
 
 
-_BOTH_SIGNS = re.compile(r"±|\\pm\b")
 _MOST_ORDERED = 4
 _MEASURES = ((re.compile(r"(?<!/)\bHz$"), "f"), (re.compile(r"\d\s*(?:s|sec|ms)$"), "T"))
 """Units of frequencies and periods at the end of a number, and the letter that it stands for."""

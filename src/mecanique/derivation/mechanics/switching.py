@@ -97,6 +97,11 @@ class ElementRows:
         return getattr(self.element, "law", "newton") == "poisson"
 
     @property
+    def in_turn(self) -> bool:
+        """Whether those that approach with it impact one after the other."""
+        return bool(getattr(self.element, "in_turn", False))
+
+    @property
     def impacts(self) -> tuple[str, ...]:
         """The states that an impact may be in, one after the other where it is by Poisson's law."""
         closed = self.states[1:]

@@ -395,7 +395,7 @@ def _write_corners(
         "pressing": [-1 if e.pressing is None else e.pressing for e in elements],
         "struck": [int(e.struck) for e in elements],
         "elastic": [int(e.normal is not None and not e.struck) for e in elements],
-        "in_turn": [int(getattr(e.element, "in_turn", False)) for e in elements],
+        "in_turn": [int(e.in_turn) for e in elements],
         "by_impulse": [int(e.by_impulse) for e in elements],
         "ends": [int(e.length is not None) for e in elements],
         "positional": list(map(int, corners.positional)),

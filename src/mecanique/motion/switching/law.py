@@ -420,7 +420,7 @@ class Laws:
         """
         struck = zip(self.elements, touching, strict=True)
         contacts = [k for k, (element, near) in enumerate(struck) if near and element.struck]
-        if any(getattr(self.elements[k].element, "in_turn", False) for k in contacts):
+        if any(self.elements[k].in_turn for k in contacts):
             return self._in_turn(terms, contacts, still)
         return self._together(terms, contacts, still)
 
@@ -439,14 +439,14 @@ class Laws:
         )
 
     def _together(self, terms: Terms, contacts: list[int], still: float) -> Array:
-        laws = {getattr(self.elements[k].element, "law", "newton") for k in contacts}
+        laws = {self.elements[k].by_impulse for k in contacts}
         if len(laws) > 1:
             raise InputError(
                 "contacts that impact together have Newton's and Poisson's laws of restitution; "
                 "expected one of them"
             )
         normals = {k: self.elements[k].rows[0] for k in contacts}
-        if laws == {"poisson"}:
+        if laws == {True}:
             return self._by_poisson(terms, normals, still)
         targets = {
             row: -self.elements[k].restitution * min(terms.rates[row], 0.0)
