@@ -16,6 +16,7 @@ from mecanique.formats.scope import (
     SCOPES,
     Form,
     leave_tendons_out,
+    list_balls,
     list_lengths,
     list_losses,
     list_omissions,
@@ -27,12 +28,13 @@ from mecanique.model.forces import Spring
 from mecanique.model.joint_base import Elementary, Limits, Single
 from mecanique.model.joints import Floating, Joint
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.origin import Origin
 from mecanique.model.random_positions import draw_positions
 from mecanique.reference import Reference
 from mecanique.urdf.dialect import UNBOUNDED
 from mecanique.urdf.read import read_urdf
 from mecanique.urdf.write import axial_steps, chains, law_of_follower, write_urdf
-from mecanique.verification.engines import passive_forces, read_text_by
+from mecanique.verification.engines import passive_forces, read_as_engines, read_text_by
 from mecanique.verification.verdict import EngineReading
 from mecanique.wording import Legible, say_count
 
@@ -162,30 +164,26 @@ def convert(
         x, y, z = mechanism.evaluate_all(mechanism.gravity)
         result = replace(result, gravity=(x, y, z))
     worst = _difference(mechanism, result, states, seed, form, whole=not lost)
-    installed = [name for name in SCOPES[form].engines if find_spec(name) is not None]
-    by_engines, read_again = text, result
+    # which is written in a tag of Drake's
+    by_drake = form == "URDF" and any(list_balls(mechanism))
+    engines = ("drake",) if by_drake else SCOPES[form].engines
+    installed = [name for name in engines if find_spec(name) is not None]
+    by_engines, read_again = Origin(None, text.encode(), form=form), result
     if form == "URDF":
-        read_again = _without_rotors(result)
+        read_again = read_as_engines(result, by_engines)
     elif form == "SDF" and result.loops:
         # Drake builds trees alone
         read_again = replace(result, loops=())
-        by_engines = write_sdf(replace(mechanism, loops=()))
+        tree = write_sdf(replace(mechanism, loops=()))
+        by_engines = replace(by_engines, text=tree.encode())
     bare = replace(read_again, switching=())
-    readings = read_text_by(bare, by_engines, installed, seed, states, passive_forces(result, form))
+    passive = None if by_drake else passive_forces(result, form)  # as springs are tags, too
+    readings = read_text_by(bare, by_engines, installed, seed, states, passive)
     unstated = list_omissions(mechanism, form)
     if welded:
         named = say_count(welded, "joint")
         unstated += (f"the constant coordinates of {named}: welds in their place",)
     return Conversion(form, text, (*lost, *unstated), worst, states, readings)
-
-
-def _without_rotors(mechanism: Mechanism) -> Mechanism:
-    """Return it as engines read a URDF: without the rotors of drake: tags."""
-    joints = [
-        replace(joint, armature=0.0) if isinstance(joint, Single) else joint
-        for joint in mechanism.joints
-    ]
-    return replace(mechanism, joints=tuple(joints))
 
 
 def _difference(

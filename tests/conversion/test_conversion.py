@@ -88,14 +88,14 @@ def _chain(kind: str) -> mq.Mechanism:
 def test_every_joint_is_written_with_what_acts_in_it(kind: str, form: Form) -> None:
     mechanism = _chain(kind)
     conversion = mq.convert(mechanism, form, states=20)
-    assert conversion.lost == ()
+    ball = "joint first: a ball, in a tag that Drake reads and other engines do not"
+    assert conversion.lost == ((ball,) if (kind, form) == ("ball", "URDF") else ())
     assert conversion.worst <= 1e-12, str(conversion)
     result = mq.read(conversion.text)
     hinge = next(joint for joint in result.joints if joint.name == "q")
     assert isinstance(hinge, mq.Revolute)
     assert (hinge.armature, hinge.limits) == (0.3, mq.Limits(-1.0, 2.0, effort=5.0))
-    if form != "URDF":  # where massless links make chains of joints, engines refuse them
-        assert conversion.proved, str(conversion)
+    assert conversion.proved, str(conversion)
 
 
 def test_sdf_states_loops_where_all_coordinates_are_zero() -> None:

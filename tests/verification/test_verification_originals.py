@@ -14,6 +14,7 @@ import pytest
 from reading_faults import blame, misread, name_dissenters
 
 import mecanique as mq
+from mecanique.model.mechanism.origin import Origin
 from mecanique.reference.originals import drake, exudyn
 from mecanique.reference.originals.original import ByJoint, Original
 from mecanique.urdf import read_urdf
@@ -140,7 +141,8 @@ def test_springs_and_dampers_of_an_engine_are_taken_off_its_bias(
 
     engine = engines.Engine("Closed form", "numpy", answer)
     monkeypatch.setattr(engines, "ENGINES", {"closed": engine})
-    (found,) = engines.read_text_by(arm, mq.write_urdf(arm), ["closed"], 0, 4, held)
+    origin = Origin(None, mq.write_urdf(arm).encode())
+    (found,) = engines.read_text_by(arm, origin, ["closed"], 0, 4, held)
     assert found.worst is not None
     assert (found.worst < 1e-12) == alike
 
@@ -276,7 +278,10 @@ TWO = """<mujoco model="m"><option viscosity="1"/><worldbody>
 
 def test_forces_on_joints_that_follow_others_are_compared_where_those_lead_them() -> None:
     pytest.importorskip("mujoco")
-    text = TWO.format('<equality><joint joint1="a" joint2="b" polycoef="0.1 0.5 0.2"/></equality>')
+    text = TWO.format(
+        '<equality><joint joint1="a" joint2="b" polycoef="0.1 0.5 0.2"/></equality><tendon><fixed '
+        'damping="3"><joint joint="a" coef="1"/><joint joint="b" coef="2"/></fixed></tendon>'
+    )
     (mujoco,) = mq.verify(mq.read(text), samples=3, engines=("mujoco",)).readings
     assert mujoco.worst is not None
     assert mujoco.worst < 1e-12

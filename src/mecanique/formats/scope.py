@@ -164,7 +164,8 @@ def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
 def list_omissions(mechanism: Mechanism, form: Form) -> tuple[str, ...]:
     """Say in a line each what differs that has no part in the equations of motion."""
     if form == "URDF":
-        return ()
+        by_drake = "a ball, in a tag that Drake reads and other engines do not"
+        return tuple(f"joint {name}: {by_drake}" for name in list_balls(mechanism))
     lengths = list_lengths(mechanism)
     moved = [joint for joint in mechanism.joints if joint.name not in lengths]
     light = sum(is_light(mechanism, joint, form) for joint in moved)
@@ -185,6 +186,12 @@ def list_omissions(mechanism: Mechanism, form: Form) -> tuple[str, ...]:
         f"{say_count(meshes, 'mesh', 'meshes')} that show bodies: left out": meshes,
     }
     return (*told, *(line for line, count in lines.items() if count))
+
+
+def list_balls(mechanism: Mechanism) -> list[str]:
+    """Return the joints that turn about a point, or whose parts do."""
+    joints = mechanism.joints
+    return [j.name for j in joints if any(motion.kind == "ball" for motion in j.chain)]
 
 
 def _idles(mechanism: Mechanism, joint: Joint) -> bool:

@@ -9,6 +9,7 @@ with one another, too, so that of several one that stands alone is named.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -24,6 +25,7 @@ from mecanique.formats.read import read
 from mecanique.formats.scope import SCOPES, list_lengths
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.force_base import AnyForce
+from mecanique.model.joint_base import Single
 from mecanique.model.joints import Fixed, Floating, Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Finding, Origin
@@ -32,6 +34,7 @@ from mecanique.reference import Reference
 from mecanique.reference.engine.package import has_pinocchio
 from mecanique.reference.originals import drake, exudyn, mujoco, pinocchio
 from mecanique.reference.originals.original import ByJoint, Original
+from mecanique.urdf.dialect import SCREW
 from mecanique.urdf.findings import Report
 from mecanique.urdf.lint import lint
 from mecanique.urdf.parse import parse
@@ -50,21 +53,24 @@ class Engine:
         package: the package that holds it.
         read: returns what it makes of a file's bytes, from gravity, and positions and velocities
             by joint; raises `EngineError` if it refuses the file.
+        rotors: whether it reads the rotors that `drake:` tags of URDF state.
     """
 
     title: str
     package: str
     read: Callable[[bytes, Sequence[float], ByJoint, ByJoint], Original]
+    rotors: bool = False
 
 
 ENGINES: dict[str, Engine] = {
     "pinocchio": Engine("Pinocchio", "pin", pinocchio.read),
     "mujoco": Engine("MuJoCo", "mujoco", mujoco.read),
-    "drake": Engine("Drake", "drake", drake.read),
+    "drake": Engine("Drake", "drake", drake.read, rotors=True),
     "exudyn": Engine("Exudyn", "exudyn", exudyn.read),
 }
 """Each engine by its name."""
 
+_SCREWS = re.compile(f"<{SCREW}[^>]*/>")
 _STATES = 5
 """Number of random states at which an engine's reading is compared."""
 
@@ -74,7 +80,7 @@ def read_by(mechanism: Mechanism, engines: Sequence[str], seed: int) -> tuple[En
     chosen, origin = _choose(engines), mechanism.origin
     if origin is None:
         return ()
-    whole = _read_again(mechanism, origin)
+    whole = read_as_engines(mechanism, origin)
     passive = passive_forces(whole, origin.form)
     if origin.form == "URDF" and len(passive) < len(whole.forces):
         return _compare_all(whole, origin, chosen, seed)  # with tags of one engine
@@ -89,23 +95,22 @@ def passive_forces(mechanism: Mechanism, form: str) -> tuple[AnyForce, ...]:
 
 def read_text_by(
     mechanism: Mechanism,
-    text: str,
+    origin: Origin,
     engines: Sequence[str],
     seed: int,
     states: int,
-    passive: Sequence[AnyForce],
+    passive: Sequence[AnyForce] | None,
 ) -> tuple[EngineReading, ...]:
     """Compare what engines read from a text with what mecanique read from it.
 
     Args:
         mechanism: what mecanique read.
-        text: what the engines read.
+        origin: what the engines read.
         engines: their names.
         seed: of the random states.
         states: number of them.
-        passive: the springs and dampers that engines compute, if they compute any.
+        passive: the springs and dampers that engines compute; None if they are not compared.
     """
-    origin = Origin(None, text.encode())
     return _compare_all(mechanism, origin, _choose(engines), seed, states, passive)
 
 
@@ -123,19 +128,27 @@ def engine_of(name: str) -> Engine:
     raise UnknownNameError("engine", name, [*ENGINES, *list_plugins("engines")])
 
 
-def _read_again(mechanism: Mechanism, origin: Origin) -> Mechanism:
-    """Return what the file of a mechanism says, with its gravity and root.
+def read_as_engines(mechanism: Mechanism, origin: Origin) -> Mechanism:
+    """Return what the file of a mechanism says to engines, with its gravity and root.
 
-    Of a URDF, whose rotors stand in tags of one engine, it has none.
+    The screws of a URDF are slides and hinges to them.
     """
     text = origin.text.decode("utf-8-sig", "replace")
     x, y, z = mechanism.evaluate_all(mechanism.gravity)
     if origin.form != "URDF":
         return replace(read(origin.file or text), gravity=(x, y, z))
-    whole = read_urdf(text, gravity=(x, y, z), armature=0.0)
+    text = _SCREWS.sub("", text)
+    whole = read_urdf(text, gravity=(x, y, z))
     if whole.ground == mechanism.ground:
         return whole
-    return read_urdf(text, gravity=(x, y, z), armature=0.0, root="floating")
+    return read_urdf(text, gravity=(x, y, z), root="floating")
+
+
+def _part_rotors(tree: Mechanism) -> tuple[Mechanism, dict[str, float]]:
+    """Return a tree without rotors, and these by joint."""
+    armatures = {j.name: tree.evaluate(j.armature) for j in tree.joints if isinstance(j, Single)}
+    joints = [replace(j, armature=0.0) if isinstance(j, Single) else j for j in tree.joints]
+    return replace(tree, joints=tuple(joints)), armatures
 
 
 def _strip(mechanism: Mechanism) -> Mechanism:
@@ -155,7 +168,9 @@ def _compare_all(
     passive: Sequence[AnyForce] | None = None,
 ) -> tuple[EngineReading, ...]:
     """Compare what engines read with what mecanique read, and with one another."""
-    tree = _strip(whole)
+    tree, rotors = _strip(whole), dict[str, float]()
+    if origin.form == "URDF":  # where they stand in tags of one engine
+        tree, rotors = _part_rotors(tree)
     moving = (j for j in tree.joints if j.nv and j.name not in tree.coordinates.driven)
     ours = {joint.name: joint for joint in moving}
     random = np.random.default_rng(seed)
@@ -164,10 +179,10 @@ def _compare_all(
         name: random.uniform(-1.0, 1.0, (states, len(_rates(tree, joint))))
         for name, joint in ours.items()
     }
-    if passive:  # which are stated in the coordinates that lead
-        _follow(whole, ours, q, v)
+    # passive forces are stated in the coordinates that lead
+    led = _follow(whole, tree, ours, q, v) if passive else None
     loaded = None if passive is None else replace(tree, forces=tuple(passive))
-    asked = _Asked(tree, loaded, origin, ours, q, v)
+    asked = _Asked(tree, loaded, origin, ours, rotors, q, v, led)
     readings: list[EngineReading] = []
     answers: dict[str, Original] = {}
     for engine in engines:
@@ -194,21 +209,37 @@ def _rates(tree: Mechanism, joint: Joint) -> list[str]:
 
 
 def _follow(
-    whole: Mechanism, ours: Mapping[str, Joint], q: dict[str, Array], v: dict[str, Array]
-) -> None:
-    """Place joints that follow others where these lead them."""
+    whole: Mechanism,
+    free: Mechanism,
+    ours: Mapping[str, Joint],
+    q: dict[str, Array],
+    v: dict[str, Array],
+) -> Array | None:
+    """Place joints that follow others where these lead them.
+
+    Returns how each velocity of the free tree follows from those that lead, shape (n, nv, nv); None
+    if no joint follows.
+    """
     laws = whole.coordinates.driven
     led = [name for name, joint in ours.items() if {*joint.coordinates} <= laws.keys()]
     if not led:
-        return
+        return None
     bare: dict[str, Any] = dict.fromkeys(("forces", "loops", "contacts", "elements"), ())
     tree = replace(whole, **bare)
     joints = [joint for name, joint in ours.items() if name not in led]
     place, speed, _ = _join(tree, joints, q, v)
-    values = Reference(tree).followers(place, speed)
+    engine = Reference(tree)
+    values = engine.followers(place, speed)
+    slopes = np.tile(np.eye(free.nv), (len(place), 1, 1))
     for name in led:
         (coordinate,), (rate,) = ours[name].coordinates, ours[name].velocities
         q[name], v[name] = values[coordinate][:, None], values[rate][:, None]
+        slopes[:, free.velocities.index(rate)] = 0.0
+    for leader, unit in zip(tree.velocities, np.eye(tree.nv), strict=True):
+        values = engine.followers(place, np.tile(unit, (len(place), 1)))
+        for (rate,) in (ours[name].velocities for name in led):
+            slopes[:, free.velocities.index(rate), free.velocities.index(leader)] = values[rate]
+    return slopes
 
 
 def _join(
@@ -245,8 +276,10 @@ class _Asked:
     loaded: Mechanism | None  # with springs and dampers
     origin: Origin
     ours: Mapping[str, Joint]
+    rotors: Mapping[str, float]
     q: Mapping[str, Array]
     v: Mapping[str, Array]
+    slopes: Array | None  # of all velocities by those that lead
 
     def of_engines(self) -> tuple[ByJoint, ByJoint]:
         """Positions and velocities as engines are asked: free bodies are placed in the world."""
@@ -256,10 +289,21 @@ class _Asked:
                 placed[name] = _in_world(self.tree, joint, self.q[name])
         return _as_lists(placed), _as_lists(self.v)
 
+    def starts(self, original: Original) -> dict[str, int]:
+        """Where the velocities of each joint begin among an engine's."""
+        widths = [self.v[name].shape[1] if name in self.v else 1 for name in original.joints]
+        return dict(zip(original.joints, np.cumsum([0, *widths]).tolist(), strict=False))
+
+    def without_rotors(self, original: Original) -> Original:
+        """Return the results without what rotors of tags of one engine add to them."""
+        mass = original.mass.copy()
+        for name, start in self.starts(original).items():
+            mass[:, start, start] -= self.rotors.get(name, 0.0)
+        return replace(original, mass=mass)
+
     def select(self, original: Original, names: Sequence[str]) -> tuple[Array, Array, Array | None]:
         """Mass matrix, bias and passive forces of an engine in some joints, in that order."""
-        widths = [self.v[name].shape[1] if name in self.v else 1 for name in original.joints]
-        starts = dict(zip(original.joints, np.cumsum([0, *widths]).tolist(), strict=False))
+        starts = self.starts(original)
         at = [starts[name] + k for name in names for k in range(self.v[name].shape[1])]
         passive = None if original.passive is None else original.passive[:, at]
         return original.mass[:, at][:, :, at], original.bias[:, at], passive
@@ -284,6 +328,13 @@ class _Asked:
         mass = np.asarray(engine.mass_matrix(place))
         bias = np.asarray(engine.inverse_dynamics(place, speed, np.zeros_like(speed)))
         return mass[:, at][:, :, at], bias[:, at]
+
+    def lead(self, names: Sequence[str], forces: Array) -> Array:
+        """Return forces in some joints as those on the velocities that lead."""
+        if self.slopes is None:
+            return forces
+        _, _, at = _join(self.tree, [self.ours[name] for name in names], self.q, self.v)
+        return np.asarray(np.einsum("sij,si->sj", self.slopes[:, at][:, :, at], forces))
 
 
 def _as_lists(values: Mapping[str, Array]) -> ByJoint:
@@ -319,6 +370,8 @@ def _compare(asked: _Asked, engine: Engine) -> tuple[EngineReading, Original | N
         with _beside(origin):
             gravity = tree.evaluate_all(tree.gravity)
             original = engine.read(origin.text, gravity, *asked.of_engines())
+        if engine.rotors:
+            original = asked.without_rotors(original)
     except EngineError as error:
         return EngineReading(title, None, str(error), tuple(_traps(origin, engine))), None
     names = [name for name in original.joints if name in ours]
@@ -327,6 +380,8 @@ def _compare(asked: _Asked, engine: Engine) -> tuple[EngineReading, Original | N
     if held is not None and asked.loaded is not None:
         offs = offs - held
     mass, bias = asked.answers(names, loaded=held is not None)
+    if held is not None:
+        bias, offs = (asked.lead(names, forces) for forces in (bias, offs))
     pairs = [("mass matrix", mass, others), ("bias", bias, offs)]
     remarks = [f"{title} has no joint {name!r}" for name in lost]
     remarks += [f"{title} has a joint {name!r} more" for name in original.others]
