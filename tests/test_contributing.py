@@ -28,8 +28,8 @@ EXAMPLES = {
 """For each recipe, what only the files that it lists name: one of its kind stands for all."""
 
 ELSEWHERE = {
-    # SDF has screws of its own; a new joint need not be in SDF
-    "joint": {"formats/sdf.py"},
+    # SDF has screws of its own, and engines read those of URDF as two joints; a new joint need not
+    "joint": {"formats/sdf.py", "verification/engines.py"},
     # a joint's own damping is read where URDF's joints are, and varied with them; springs may stand
     # beside a URDF or in MJCF; a forgotten free length is one of the mistakes a check looks for
     "force": {

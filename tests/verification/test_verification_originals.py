@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import subprocess
 from dataclasses import replace
@@ -349,6 +350,20 @@ def test_drake_finds_models_in_folders_beside(tmp_path: Path) -> None:
         (folder / f"{name}.sdf").write_text(text, encoding="utf-8")
     (found,) = read_by(mq.read(tmp_path / "outer" / "outer.sdf"), ("drake",), 0)
     assert found.alike == (OURS,)
+
+
+def test_a_file_is_read_again_with_the_folders_of_its_models(tmp_path: Path) -> None:
+    (tmp_path / "models" / "inner").mkdir(parents=True)
+    inner = "<sdf version='1.9'><model name='inner'><link name='b'/></model></sdf>"
+    (tmp_path / "models" / "inner" / "inner.sdf").write_text(inner, encoding="utf-8")
+    include = "<include><uri>model://inner/inner.sdf</uri></include>"
+    outer = f"<sdf version='1.9'><model name='m'>{include}</model></sdf>"
+    (tmp_path / "outer.sdf").write_text(outer, encoding="utf-8")
+    mechanism = mq.read(tmp_path / "outer.sdf", package_path=tmp_path / "models")
+    assert mechanism.origin is not None
+    assert engines.read_as_engines(mechanism, mechanism.origin).nv == 6
+    with engines._beside(mechanism.origin):  # Drake seeks them by this variable
+        assert os.environ["ROS_PACKAGE_PATH"].startswith(str(tmp_path / "models"))
 
 
 def test_drake_knows_joints_by_models_in_models() -> None:

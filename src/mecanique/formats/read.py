@@ -19,6 +19,7 @@ from mecanique.urdf.findings import Report
 from mecanique.urdf.parse import MOST_BYTES, parse
 from mecanique.urdf.read import read_urdf
 from mecanique.urdf.reading.letters import with_armature, with_letters
+from mecanique.urdf.reading.packages import list_folders
 
 
 def read(
@@ -80,10 +81,10 @@ def read(
     if form == "URDF":
         options = {"damping": damping, "armature": armature, "parameters": parameters}
         return read_urdf(path_or_text, **options, **of_urdf)  # type: ignore[arg-type]
-    packages = of_urdf.pop("package_path", None)
+    folders = list_folders(of_urdf.pop("package_path", None))
     if of_urdf:
         raise InputError(f"{', '.join(of_urdf)} can be given for URDF and xacro alone, not {form}")
-    mechanism = read_sdf(path_or_text, packages) if form == "SDF" else read_mjcf(path_or_text)
+    mechanism = read_sdf(path_or_text, folders) if form == "SDF" else read_mjcf(path_or_text)
     if not damping:
         kept = tuple(force for force in mechanism.forces if not isinstance(force, JointDamper))
         mechanism = replace(mechanism, forces=kept)
@@ -91,7 +92,9 @@ def read(
     is_text = isinstance(path_or_text, str) and "<" in path_or_text
     text = path_or_text.encode() if isinstance(path_or_text, str) and is_text else b""
     text = text or Path(path_or_text).read_bytes()
-    return replace(whole, origin=Origin(None if is_text else str(path_or_text), text, form=form))
+    file = None if is_text else str(path_or_text)
+    origin = Origin(file, text, form=form, package_path=tuple(map(str, folders)))
+    return replace(whole, origin=origin)
 
 
 def name_format(path_or_text: str | os.PathLike[str]) -> Literal["URDF", "MJCF", "SDF"]:

@@ -19,7 +19,7 @@ from mecanique.model.expression import coordinate, evaluate, plain, symbols_in
 from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import Damper, Force, JointDamper, JointSpring, Spring, Torque
 from mecanique.model.joint_base import Single
-from mecanique.model.joints import Fixed, Floating, Joint, Planar, Prismatic, Revolute
+from mecanique.model.joints import Fixed, Floating, Joint, Planar, Prismatic, Revolute, Spherical
 from mecanique.model.mechanism import Mechanism
 from mecanique.urdf.dialect import UNBOUNDED
 from mecanique.urdf.write import axial_steps, law_of_follower
@@ -189,9 +189,8 @@ def list_omissions(mechanism: Mechanism, form: Form) -> tuple[str, ...]:
 
 
 def list_balls(mechanism: Mechanism) -> list[str]:
-    """Return the joints that turn about a point, or whose parts do."""
-    joints = mechanism.joints
-    return [j.name for j in joints if any(motion.kind == "ball" for motion in j.chain)]
+    """Return the names of the ball joints."""
+    return [joint.name for joint in mechanism.joints if isinstance(joint, Spherical)]
 
 
 def _idles(mechanism: Mechanism, joint: Joint) -> bool:

@@ -25,7 +25,6 @@ from mecanique.formats.read import read
 from mecanique.formats.scope import SCOPES, list_lengths
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.force_base import AnyForce
-from mecanique.model.joint_base import Single
 from mecanique.model.joints import Fixed, Floating, Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Finding, Origin
@@ -39,6 +38,7 @@ from mecanique.urdf.findings import Report
 from mecanique.urdf.lint import lint
 from mecanique.urdf.parse import parse
 from mecanique.urdf.read import read_urdf
+from mecanique.urdf.reading.letters import with_armature
 from mecanique.verification.rows import differ_by
 from mecanique.verification.verdict import OURS, READ_ALIKE, EngineReading
 
@@ -136,19 +136,13 @@ def read_as_engines(mechanism: Mechanism, origin: Origin) -> Mechanism:
     text = origin.text.decode("utf-8-sig", "replace")
     x, y, z = mechanism.evaluate_all(mechanism.gravity)
     if origin.form != "URDF":
-        return replace(read(origin.file or text), gravity=(x, y, z))
+        whole = read(origin.file or text, package_path=origin.package_path)
+        return replace(whole, gravity=(x, y, z))
     text = _SCREWS.sub("", text)
     whole = read_urdf(text, gravity=(x, y, z))
     if whole.ground == mechanism.ground:
         return whole
     return read_urdf(text, gravity=(x, y, z), root="floating")
-
-
-def _part_rotors(tree: Mechanism) -> tuple[Mechanism, dict[str, float]]:
-    """Return a tree without rotors, and these by joint."""
-    armatures = {j.name: tree.evaluate(j.armature) for j in tree.joints if isinstance(j, Single)}
-    joints = [replace(j, armature=0.0) if isinstance(j, Single) else j for j in tree.joints]
-    return replace(tree, joints=tuple(joints)), armatures
 
 
 def _strip(mechanism: Mechanism) -> Mechanism:
@@ -170,7 +164,8 @@ def _compare_all(
     """Compare what engines read with what mecanique read, and with one another."""
     tree, rotors = _strip(whole), dict[str, float]()
     if origin.form == "URDF":  # where they stand in tags of one engine
-        tree, rotors = _part_rotors(tree)
+        rotors = {j.name: tree.evaluate(getattr(j, "armature", 0.0)) for j in tree.joints}
+        tree = with_armature(tree, 0.0)
     moving = (j for j in tree.joints if j.nv and j.name not in tree.coordinates.driven)
     ours = {joint.name: joint for joint in moving}
     random = np.random.default_rng(seed)
@@ -397,16 +392,21 @@ def _compare(asked: _Asked, engine: Engine) -> tuple[EngineReading, Original | N
 
 @contextmanager
 def _beside(origin: Origin) -> Iterator[None]:
-    """Work where a file of MJCF or SDF is, as engines seek there the files that its text names."""
+    """Work where a file of MJCF or SDF is, as engines seek there the files that its text names.
+
+    They seek models in the folders that were named to its reader, too.
+    """
     if origin.file is None or origin.form == "URDF":
         yield
         return
-    before = Path.cwd()
+    before, path = Path.cwd(), os.environ.get("ROS_PACKAGE_PATH", "")
+    os.environ["ROS_PACKAGE_PATH"] = os.pathsep.join([*origin.package_path, path])
     os.chdir(Path(origin.file).resolve().parent)
     try:
         yield
     finally:
         os.chdir(before)
+        os.environ["ROS_PACKAGE_PATH"] = path
 
 
 def _difference(pairs: Sequence[tuple[str, Array, Array]], mass: Array) -> float:

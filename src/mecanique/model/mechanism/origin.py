@@ -73,9 +73,11 @@ class Origin:
         text: the text as it was read.
         flaws: the errors in it that its equations of motion do without.
         form: its format: "URDF", "MJCF" or "SDF".
+        package_path: the folders in which its reader was told to search for models.
     """
 
     file: str | None
     text: bytes
     flaws: tuple[Finding, ...] = ()
     form: str = "URDF"
+    package_path: tuple[str, ...] = ()

@@ -53,9 +53,9 @@ class MeshSearch:
 
     def __init__(self, file: Path | None, package_path: PackagePath | None = None) -> None:
         self._folder = None if file is None else Path(os.path.abspath(file)).parent
-        self._path = _folders(package_path)
-        self._path += [folder for name in _PATHS for folder in _folders(os.environ.get(name))]
-        prefixes = _folders(os.environ.get("AMENT_PREFIX_PATH"))
+        self._path = list_folders(package_path)
+        self._path += [folder for name in _PATHS for folder in list_folders(os.environ.get(name))]
+        prefixes = list_folders(os.environ.get("AMENT_PREFIX_PATH"))
         self._path += [prefix / "share" for prefix in prefixes]
         self._path += _find_fetched()
         self._located: dict[str, Path | None] = {}
@@ -177,7 +177,8 @@ def _find_fetched() -> list[Path]:
         return []
 
 
-def _folders(path: PackagePath | None) -> list[Path]:
+def list_folders(path: PackagePath | None) -> list[Path]:
+    """Return the folders of a search path."""
     if path is None:
         return []
     if isinstance(path, (str, os.PathLike)):
