@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from html import escape
 from itertools import product
 from math import prod
@@ -615,32 +616,49 @@ def _is_singular(matrix: Any) -> bool:
     return bool(np.linalg.matrix_rank(np.array(numbers.tolist(), dtype=float)) < numbers.rows)
 
 
+@lru_cache(maxsize=1000)  # modes share most of their denominators, and many of their formulas
 def _shorten(value: Any) -> Any:
     """Return a formula in factors, short by sin² + cos² = 1."""
-    from sympy import cos, factor, factor_list, factor_terms, fraction, rem, simplify, sin, together
-
-    def shorten_factor(part: Any) -> Any:
-        for angle in sorted({call.args[0] for call in part.atoms(sin, cos)}, key=str):
-            c, s = cos(angle), sin(angle)
-            s = -s if s.could_extract_minus_sign() else s  # sympy's sin(−u) is −sin(u)
-            ways = [part, *(factor(rem(part, s**2 + c**2 - 1, letter)) for letter in (s, c))]
-            part = min(ways, key=_length)
-        return part
+    from sympy import cos, factor, factor_terms, fraction, simplify, sin, together
 
     long = value.count_ops() > LONGEST_FACTORED
-    parts = []
-    for side in fraction(together(value)):
-        number, factors = factor_list(side)
-        if not long:
-            factors = [(shorten_factor(part), power) for part, power in factors]
-        parts.append(number * prod(part**power for part, power in factors))
+    above, below = (_factor(side, short=not long) for side in fraction(together(value)))
     if long:
-        return factor_terms(parts[0] / parts[1])
-    short = factor(parts[0] / parts[1])
-    if short.count_ops() > MOST_SIMPLIFIED:
+        return factor_terms(above / below)
+    short = factor(above / below)
+    if short.count_ops() > MOST_SIMPLIFIED or not short.has(sin, cos):
         return short
     simplified = factor(simplify(short))
     return simplified if 4 * simplified.count_ops() <= 3 * short.count_ops() else short
+
+
+@lru_cache(maxsize=1000)
+def _factor(polynomial: Any, *, short: bool) -> Any:
+    """Return a sum in factors, each as short as sin² + cos² = 1 makes it if asked."""
+    from sympy import factor_list
+
+    number, factors = factor_list(polynomial)
+    return number * prod((_fold_angles(p) if short else p) ** power for p, power in factors)
+
+
+@lru_cache(maxsize=1000)
+def _fold_angles(polynomial: Any) -> Any:
+    """Return a sum without squares of sines, or of their cosines, where it is shorter."""
+    from sympy import Pow, cos, expand, factor, sin
+
+    for angle in sorted({call.args[0] for call in polynomial.atoms(sin, cos)}, key=str):
+        c, s = cos(angle), sin(angle)
+        s = -s if s.could_extract_minus_sign() else s  # sympy's sin(−u) is −sin(u)
+        ways = [polynomial]
+        for letter, other in ((s, c), (c, s)):
+            powers = {
+                power: letter ** (power.exp % 2) * (1 - other**2) ** (power.exp // 2)
+                for power in polynomial.atoms(Pow)
+                if power.base == letter and power.exp > 1
+            }
+            ways += [factor(expand(polynomial.xreplace(powers)))] if powers else []
+        polynomial = min(ways, key=_length)
+    return polynomial
 
 
 def _length(formula: Any) -> tuple[int, int, str]:

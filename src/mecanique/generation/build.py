@@ -217,7 +217,6 @@ def _list_corners(mechanism: Mechanism, equations: SwitchingEquations) -> Switch
 
 def _write_elements(equations: SwitchingEquations) -> Answer:
     terms, values, words = equations.terms, list[Any](), list[str]()
-    assert terms.inside is not None, "terms of a state"
     for element, inside in zip(equations.elements, terms.inside, strict=True):
         for row in element.rows:
             values += [terms.gaps[row]] if row == element.normal else []

@@ -127,7 +127,6 @@ def measure_elements(mechanism: Mechanism, states: States) -> Array:
     """
     bench = _Bench(mechanism, states, SOLVED_ALIKE)
     terms, columns = bench.theirs, list[Array]()
-    assert terms.inside is not None, "terms of states"
     for element, inside in zip(bench.elements, terms.inside.T, strict=True):
         for row in element.rows:
             columns += [terms.gaps[:, row]] if row == element.normal else []

@@ -166,7 +166,6 @@ class PageCorners:
         """Gaps, rates and slopes of all rows, M⁻¹ of the load, then numbers of each element."""
         terms = self._equations.terms
         free = self._equations.by_mass(list(terms.load))
-        assert terms.inside is not None, "terms of a state"
         numbers = [
             [element.restitution for element in self.elements],
             [element.holds for element in self.elements],

@@ -59,7 +59,7 @@ class Terms(NamedTuple):
     drift: Scalars  # shape (…, m)
     kinetic: Scalars  # shape (…, elements), μ, or the kinetic force where the load is stated
     static: Scalars  # shape (…, elements), the same of static friction
-    inside: Scalars | None = None  # shape (…, elements), as `find_inside`; not of programs of modes
+    inside: Scalars = np.empty(0)  # shape (…, elements), as `find_inside`; none of modes' programs
 
 
 @final
@@ -501,7 +501,6 @@ def keep_inside(
     bounded: list[tuple[Any, Any]] = []
     for k, (element, state, (first, second)) in enumerate(zip(elements, mode, left, strict=True)):
         if element.length is not None:
-            assert terms.inside is not None, "sides have ends"
             inside = terms.inside.T[k]
             if state.name == OPEN:
                 first = 0.5 * (first - inside + length(first + inside))  # the larger

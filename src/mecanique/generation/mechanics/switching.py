@@ -76,7 +76,6 @@ class SwitchingEquations:
         """Return rates of q and the terms of a state, then the numbers of each kind of element."""
         terms, elements = self.terms, self.elements
         load = [Q + tau for Q, tau in zip(terms.load, self.letters.tau, strict=True)]
-        assert terms.inside is not None, "terms of a state"
         of_rows = (terms.gamma, terms.gaps, terms.rates, terms.inside, terms.kinetic, terms.static)
         numbers = [
             [element.restitution, element.stiffness or 0.0, element.holds] for element in elements

@@ -427,7 +427,6 @@ class Corners:
 
     def _is_inside(self, terms: Terms, k: int) -> bool:
         """Return whether an element is between the ends of its side; always without ends."""
-        assert terms.inside is not None, "terms of a state"
         return bool(terms.inside[k] >= -EVEN * self.length)
 
     def _refuse_from_beside(self, terms: Terms, k: int, t: float, y: Array) -> None:
@@ -435,7 +434,6 @@ class Corners:
         element = self.elements[k]
         if element.length is None:
             return
-        assert terms.inside is not None, "terms of a state"
         gap = float(terms.gaps[element.rows[0]])
         if gap < -CLOSED_GAP * self.length and terms.inside[k] < -gap:
             raise IntegrationError(
