@@ -83,6 +83,14 @@ def test_an_archive_is_unpacked(tmp_path: Path) -> None:
     assert locate(f"{archive}/acme/none.xml") is None
     with pytest.raises(mq.InputError, match="expected a file of the archive"):
         locate(f"{archive}/acme/../../arm.xml")
+    with zipfile.ZipFile(archive, "a") as file:
+        file.writestr("acme/leg.xml", ROBOT.format("c"))
+    names = ", ".join(str(Path("acme", name)) for name in ("arm.xml", "leg.xml"))
+    with pytest.raises(
+        mq.InputError, match=re.escape(f"{archive}: expected one of its descriptions, {names}")
+    ):
+        locate(archive)
+    assert mq.read(archive.rename(tmp_path / "arm.zip")).name == "a"
 
 
 @pytest.mark.parametrize("name", ["../arm.xml", "/arm.xml", "a/../../arm.xml", "C:/arm.xml"])

@@ -40,7 +40,7 @@ def locate(word: str | os.PathLike[str], package_path: PackagePath | None = None
     if path.is_file() and path.suffix.lower() != ".zip":
         return path
     if path.is_dir():
-        return _choose(path)
+        return _choose(path, text)
     scheme, separator, rest = text.partition("://")
     if separator and scheme in ("package", "model"):
         package, _, inside = rest.strip("/").partition("/")
@@ -58,21 +58,23 @@ def locate(word: str | os.PathLike[str], package_path: PackagePath | None = None
             unpacked = _unpack(archive)
             if ".." in parts[k:]:
                 raise InputError(f"expected a file of the archive, got {text!r}")
-            return locate(unpacked.joinpath(*parts[k:]), package_path)
+            target = unpacked.joinpath(*parts[k:])
+            return _choose(target, text) if target.is_dir() else locate(target, package_path)
     return _of_library(text)
 
 
-def _choose(folder: Path) -> Path:
-    """Return the one robot of a folder: of those nearest to its top, the one called after it."""
+def _choose(folder: Path, said: str) -> Path:
+    """Return the one robot of a folder: of those nearest to its top, the one called after it.
+
+    Refusals name it as it was said, which an archive's folder is not.
+    """
     files = sorted(
         (path for path in folder.rglob("*") if path.suffix in _SUFFIXES and path.is_file()),
         key=lambda path: (len(path.parts), path),
     )
     files = [path for path in files if not path.name.startswith(_ASIDE)] or files
     if not files:
-        raise InputError(
-            f"{folder}: expected a description in URDF, xacro, MJCF or SDF, found none"
-        )
+        raise InputError(f"{said}: expected a description in URDF, xacro, MJCF or SDF, found none")
     near = [path for path in files if len(path.parts) == len(files[0].parts)]
     if len(near) > 1:
         name = folder.resolve().name
@@ -84,7 +86,7 @@ def _choose(folder: Path) -> Path:
     if len(near) > 1:
         names = ", ".join(str(path.relative_to(folder)) for path in near[:10])
         more = f" and {len(near) - 10} more" if len(near) > 10 else ""
-        raise InputError(f"{folder}: expected one of its descriptions, {names}{more}; name one")
+        raise InputError(f"{said}: expected one of its descriptions, {names}{more}; name one")
     return near[0]
 
 
@@ -98,8 +100,10 @@ def _unpack(archive: Path) -> Path:
                 raise InputError(
                     f"{archive}: expected at most {_MOST_FILES:,} files and {_MOST_BYTES:,} bytes"
                 )
-            folder = Path(tempfile.mkdtemp(prefix="mecanique-"))
-            atexit.register(shutil.rmtree, folder, ignore_errors=True)
+            temporary = tempfile.mkdtemp(prefix="mecanique-")
+            atexit.register(shutil.rmtree, temporary, ignore_errors=True)
+            folder = Path(temporary) / archive.stem  # after which its robot may be called
+            folder.mkdir()
             for info in members:
                 _unpack_file(file, info, folder, archive)
     except (OSError, zipfile.BadZipFile, NotImplementedError, RuntimeError) as error:
