@@ -183,7 +183,10 @@ def test_the_page_lists_symbols_and_results_of_what_rolls() -> None:
     assert "half of an ellipsoid" in document.about
     blocks = document.derivations[0].blocks
     assert [block.heading for block in blocks if block.heading] == [
-        "Recursion",
+        "Constants",
+        "Positions",
+        "Velocities and accelerations",
+        "Forces and moments",
         "Equations of motion",
         "Conditions",
     ]

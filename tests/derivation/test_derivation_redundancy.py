@@ -47,16 +47,12 @@ def test_a_folded_governor_is_no_reason_to_call_a_link_redundant() -> None:
 
 
 def test_the_steps_name_them() -> None:
-    by_multipliers = " ".join(derive_system("rolling_disk").text(steps=True).split())
-    assert (
-        "Redundant constraints In every position that the constraints allow, contact: y follows "
-        "from the others and from how the joints lead the bodies: it restrains nothing more. The "
-        "force of contact: y is undetermined."
-    ) in by_multipliers
+    # across the plane of its motion a disk has no equation, which could be redundant
+    assert "Redundant" not in derive_system("rolling_disk").text(steps=True)
     by_bodies = derive_system("two_wheeled_cart", method="newton_euler").text(steps=True)
     assert "right_contact: x and right_contact: y are undetermined individually" in " ".join(
         by_bodies.split()
     )
-    work = derive_system("rolling_disk", method="virtual_work").text(steps=True)
-    assert "restrains nothing more.\n" in work  # no force appears in it
+    work = derive_system("two_wheeled_cart", method="virtual_work").text(steps=True)
+    assert "nothing more.\n" in work  # no force appears in it
     assert "Redundant" not in derive_system("four_bar_linkage").text(steps=True)

@@ -52,10 +52,10 @@ def test_the_coin_is_written_out_with_its_motion_and_the_meaning_of_its_letters(
         "lambda^2 =",
         "   0. Below u_c, where a2 = 0, a deviation grows without oscillation (of a bicycle, "
         "capsize).",
-        f"     M = [[{m * r**2 / 4:.9g}, 0], [0, {5 * m * r**2 / 4:.9g}]]",
-        f"     C1 = [[0, {m * r**2 / 2:.9g}], [-{3 * m * r**2 / 2:.9g}, 0]]",
-        f"     K0 = [[0, 0], [0, -{m * r:.9g}]]",
-        f"     u_c = sqrt(M_11 K0_22 g/(C1_12 C1_21)) = {sqrt(coin.values['g'] / r / 3):.9g}",
+        f"     M = [[{m * r**2 / 4:.5g}, 0], [0, {5 * m * r**2 / 4:.5g}]]",
+        f"     C1 = [[0, {m * r**2 / 2:.5g}], [-{3 * m * r**2 / 2:.5g}, 0]]",
+        f"     K0 = [[0, 0], [0, -{m * r:.5g}]]",
+        f"     u_c = sqrt(M_11 K0_22 g/(C1_12 C1_21)) = {sqrt(coin.values['g'] / r / 3):.5g}",
     ]
     for line in (
         "  u      speed of the steady motion [rad/s]",
@@ -83,13 +83,13 @@ def test_a_bicycle_ends_with_its_weave_and_capsize_speed() -> None:
     ride = steady_letters(bicycle, {}, {"x": 1.0}, ("roll", "steer"))
     text = ride.text()
     assert text.splitlines()[-2:] == [
-        "     v_w = 4.29238254",
-        "     v_c = sqrt((K0_12^2 - K0_11 K0_22) g/(K0_11 K2_22 - K0_12 K2_12)) = 6.02426202",
+        "     v_w = 4.2924",
+        "     v_c = sqrt((K0_12^2 - K0_11 K0_22) g/(K0_11 K2_22 - K0_12 K2_12)) = 6.0243",
     ]
     said = " ".join(text.split())
     assert "Below v_w, where a3 a2 a1 - a4 a1^2 - a3^2 a0 = 0, an oscillation grows" in said
     assert "Above v_c, where a0 = 0, a deviation grows without oscillation" in said
-    assert "v_{w} &= 4.29238254" in ride.latex()
+    assert "v_{w} &= 4.2924" in ride.latex()
     assert "<msqrt>" in ride.mathml()
     # with the trail of a castor, both frames of the benchmark fall over at any speed
     fallen = steady_letters(bicycle.replace(c=-0.2), {}, {"x": 1.0}, ("roll", "steer"))

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
+from mecanique.derivation.abbreviations import abbreviate
 from mecanique.derivation.glossary import Meaning, clashes, meanings
 from mecanique.derivation.linear import Linear, linear
 from mecanique.derivation.printing.equations import equations, expression
@@ -128,13 +129,15 @@ class Document:
     @cached_property
     def result(self) -> Ending:
         """What the last section says, and its lines: accelerations, forces and integrals."""
-        return self.ending if self.ending.lines else result_of(self.derivation)
+        return self.endings[0]
 
     @cached_property
     def endings(self) -> tuple[Ending, ...]:
         """The last sections: the result, and what it comes to in special motions."""
-        special = self.special and not self.ending.lines
-        return (self.result, *(special_motions_of(self.derivation) if special else ()))
+        if self.ending.lines:
+            return (self.ending,)
+        special = special_motions_of(self.derivation) if self.special else ()
+        return abbreviate(self.derivation, (result_of(self.derivation), *special))
 
     @property
     def _eliminated(self) -> Ending:

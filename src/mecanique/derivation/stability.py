@@ -69,7 +69,7 @@ def find_borders(
         name = f"{speed}_{letter}"
         square = _solve(a[min(a)], speed) if letter == "c" else None
         said.append(_BORDERS[letter].format(side, name, condition))
-        lines.append(Root(name, square and square.expression(), f"{border:.9g}"))
+        lines.append(Root(name, square and square.expression(), f"{border:.5g}"))
         unknowns[name] = f"{_MEANINGS[letter]}{unit}"
     return Ending(" ".join(said), tuple(lines), unknowns)
 

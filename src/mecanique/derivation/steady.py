@@ -90,7 +90,7 @@ class _Numbers(Printed):
 
         def cell(entry: Series) -> str:
             value = float(evaluate(entry, self.values))
-            return writer.sum([(value < 0, writer.number(f"{abs(value):.9g}"))])
+            return writer.sum([(value < 0, writer.number(f"{abs(value):.5g}"))])
 
         cells = [list(map(cell, row)) for row in self.rows]
         return writer.equation(writer.letter(self.name, False, ""), writer.matrix(cells))

@@ -11,7 +11,6 @@ from typing import final
 
 import numpy as np
 
-from mecanique.derivation.printing.prose import spell_greek
 from mecanique.figure.coordinates import coordinates, lengths, masses, missing, slopes
 from mecanique.figure.paper.lettering import clear_letters
 from mecanique.figure.paper.marks import (
@@ -753,12 +752,14 @@ def _legend(setting: Setting, marks: list[Mark]) -> Iterator[Mark]:
     """What lengths and angles are that stand nowhere in the figure, in lines below it."""
     left, _, _, bottom = bounds(marks)
     place = np.array([left, bottom + LEGEND_GAP])
+    letters = "|".join(map(re.escape, setting.mechanism.coordinates))
     for parameter in [*_missing(setting, marks)]:
-        symbol = rich(parameter.symbol)
-        meaning = spell_greek(parameter.meaning, setting.mechanism.coordinates)
-        lines = textwrap.wrap(meaning, LEGEND_WIDTH) or [""]
+        lines = textwrap.wrap(parameter.meaning, LEGEND_WIDTH) or [""]
         for k, line in enumerate(lines):
-            parts = ((f"   {line}", "upright"),) if k else (*symbol, (f": {line}", "upright"))
+            words = re.split(rf"\b({letters})\b", f"   {line}" if k else f": {line}")
+            parts = () if k else rich(parameter.symbol)
+            for place_in_line, word in enumerate(words):
+                parts += rich(word) if place_in_line % 2 else ((word, "upright"),)
             yield Words(place, parts, "name", "start", LEGEND_SIZE)
             place = place + np.array([0.0, 1.3 * LEGEND_SIZE])
 

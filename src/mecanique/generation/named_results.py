@@ -303,7 +303,7 @@ class WrittenPart:
     heading: str
     said: str  # a sentence about them; may be empty
     lines: tuple[ResultLine, ...]  # each name = right, or 0 = right
-    numbered: bool = False
+    first: int = 0  # number of the first line; 0 if they are not numbered
 
     def write(self, writer: Writer) -> tuple[str, ...]:
         """Write its lines in the format of a writer."""
@@ -318,13 +318,13 @@ class Written(Legible):
     title: str
     about: tuple[str, ...]  # the mechanism's description, and how to read the list, by paragraphs
     meanings: tuple[tuple[tuple[str, ...], str], ...]
-    recursion: WrittenPart  # the results in order
+    recursion: tuple[WrittenPart, ...]  # the results in order
     results: tuple[WrittenPart, ...]  # the equations of motion, then the constraints
 
     @cached_property
     def lines(self) -> tuple[str, ...]:
         """The results in order, as text, name = formula."""
-        return self.recursion.write(Text())
+        return tuple(line for part in self.recursion for line in part.write(Text()))
 
     @cached_property
     def equations(self) -> tuple[str, ...]:
@@ -340,11 +340,11 @@ class Written(Legible):
         listed = [(", ".join(names), sentence) for names, sentence in self.meanings]
         wide = max(len(names) for names, _ in listed)
         out += [f"  {names:<{wide}}  {sentence}" for names, sentence in listed]
+        digits = len(str(len(self.lines)))
         for part in self._parts:
             out += ["", part.heading, *textwrap.wrap(part.said, _WIDTH)]
-            digits = len(str(len(part.lines)))
-            for count, line in enumerate(part.write(Text()), 1):
-                label = f"{f'({count})':>{digits + 2}}  " if part.numbered else ""
+            for count, line in enumerate(part.write(Text()), part.first):
+                label = f"{f'({count})':>{digits + 2}}  " if part.first else ""
                 out.append(f"  {label}{line}")
         return "\n".join(out)
 
@@ -363,8 +363,8 @@ class Written(Legible):
         for part in self._parts:
             out += [f"\\subsection*{{{part.heading}}}", to_latex(part.said, names)]
             rows = part.write(Latex())
-            if part.numbered:
-                rows = tuple(f"{row} \\tag{{{count}}}" for count, row in enumerate(rows, 1))
+            if part.first:
+                rows = tuple(f"{row} \\tag{{{n}}}" for n, row in enumerate(rows, part.first))
             out += [display(rows)] if rows else []
         return "\n".join(out)
 
@@ -403,7 +403,7 @@ class Written(Legible):
 
     @property
     def _parts(self) -> tuple[WrittenPart, ...]:
-        return (self.recursion, *self.results)
+        return (*self.recursion, *self.results)
 
 
 def _write_node(line: ResultLine, writer: Writer) -> str:
@@ -424,6 +424,8 @@ _ABOUT = (
     "counted with the parent."
 )
 _RECURSION = "The results, each from those above it."
+_DIVISIONS = ("Constants", "Positions", "Velocities and accelerations", "Forces and moments")
+"""Headings of the results: of parameters alone, and from where positions, rates, forces begin."""
 _HELD = {
     "lagrange": (
         "Lagrange's equations with multipliers: one for each velocity, M a + h - Q minus the sum "
@@ -506,8 +508,24 @@ def write_recursion(equations: Equations) -> Written:
         written.append(WrittenPart(heading, said, tuple(stated)))
     title = f"{mechanism.name.replace('_', ' ').capitalize()}: {equations.title}"
     about = (*mechanism.about.splitlines(), _ABOUT)
-    recursion = WrittenPart("Recursion", _RECURSION, tuple(lines), numbered=True)
+    moving = dict.fromkeys((*mechanism.coordinates, "t", *letters.signals), 1)
+    moving |= {name: 2 for v in mechanism.velocities for name in (v, f"{v}'")}
+    recursion = tuple(_divide(lines, moving))
     return Written(title, about, tuple(meanings), recursion, tuple(written))
+
+
+def _divide(lines: Sequence[ResultLine], moving: dict[str, int]) -> Iterator[WrittenPart]:
+    """Divide a list where coordinates, then rates, then forces begin, each from its letters."""
+    parts, reached = [list[ResultLine]() for _ in _DIVISIONS], 0
+    for line in lines:
+        own = 3 if line.name.startswith(("F_", "N_")) else 0
+        reached = max(reached, own, *(moving.get(name, 0) for name in names_in(line.right)))
+        parts[reached].append(line)
+    count, said = 1, _RECURSION
+    for heading, part in zip(_DIVISIONS, parts, strict=True):
+        if part:
+            yield WrittenPart(heading, said, tuple(part), count)
+            count, said = count + len(part), ""
 
 
 @final

@@ -65,6 +65,24 @@ def draw_divisor(terms: Sequence[Product]) -> list[Product]:
     return [joined, *others]
 
 
+def _draw_factors(terms: Sequence[Product]) -> Sequence[Product]:
+    """Return terms as one product, with the factors that all share in front, if these are many."""
+    held = [set(term.factors) for term in terms]
+    first = terms[0].factors if terms else ()
+    shared = [factor for factor in first if all(factor in factors for factors in held)]
+    if len(shared) < _MANY:
+        return terms
+    above = math.gcd(*(term.number.numerator for term in terms))
+    measure = Fraction(above, math.lcm(*(term.number.denominator for term in terms)))
+    inverse = Product(1 / measure, tuple((base, -power) for base, power in shared))
+    inner = Sum(tuple(multiply(term, inverse) for term in terms))
+    return [multiply(number(measure), *shared, inner)]
+
+
+_MANY = 3
+"""So many factors at least are put before a sum of terms that share them."""
+
+
 _RANKED = (
     Kind.ACCELERATION,
     Kind.VELOCITY,
@@ -277,10 +295,10 @@ def expression(series: Series) -> Expression:
     bare, stretches = draw_stretches(series)
     for (_, key), part in group(bare, by_side=False):
         parts += _split_group(series.ring, key, shortest(tidy(part), products=True))
-    for one in stretches:
-        share = factor_out(shortest(tidy(one.share), products=True))
-        parts.append(_Part(0, share, one.motion()))
-    whole = _expression(series, parts)
+    shares = [factor_out(shortest(tidy(one.share), products=True)) for one in stretches]
+    pulls = [multiply(share, one.motion()) for share, one in zip(shares, stretches, strict=True)]
+    pulled = [_Part(0, pull, number(1)) for pull in _draw_factors(pulls)]
+    whole = _expression(series, [*parts, *pulled])
     ahead = next((k for k, term in enumerate(whole.terms) if term.number > 0), 0)
     order = (*whole.terms[ahead : ahead + 1], *whole.terms[:ahead], *whole.terms[ahead + 1 :])
     return replace(whole, terms=order)

@@ -271,16 +271,18 @@ def _factor(rows: _Rows) -> tuple[Fraction, tuple[tuple[_Rows, int], ...]]:
 
 def _gather(ring: Ring, rows: list[tuple[dict[int, int], Fraction]]) -> list[Product]:
     """Collect the terms of a sum by shared squares: a² b + a² c = a² (b + c)."""
-    shared: dict[tuple[int, int], int] = {}
-    for degrees, _ in rows:
-        for letter in degrees.items():
-            shared[letter] = shared.get(letter, 0) + (letter[1] > 1)
-    best = max(shared, key=lambda letter: shared[letter], default=(0, 0))
+    shared: dict[tuple[int, int, Fraction], int] = {}
+    for degrees, c in rows:
+        for index, e in degrees.items():
+            # 3 m1 M + 3 m2 M = 3 (m1 + m2) M, but m1 M + m2 M stays
+            size = Fraction(0) if e > 1 else c
+            shared[index, e, size] = shared.get((index, e, size), 0) + (e > 1 or abs(c) > 1)
+    best = max(shared, key=lambda letter: shared[letter], default=(0, 0, Fraction(0)))
     if shared.get(best, 0) < 2:
         return [_term(ring, c, d) for d, c in rows]
-    index, e = best
-    held = [(d, c) for d, c in rows if d.get(index) == e]
-    outside = [(d, c) for d, c in rows if d.get(index) != e]
+    index, e, size = best
+    held = [(d, c) for d, c in rows if d.get(index) == e and size in (0, c)]
+    outside = [row for row in rows if row not in held]
     common = dict(set.intersection(*({*d.items()} for d, _ in held)))
     inside = [(dict(d.items() - common.items()), c) for d, c in held]
     above, below = [c.numerator for _, c in inside], [c.denominator for _, c in inside]

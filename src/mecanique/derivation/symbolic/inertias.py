@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from functools import partial
 
+from mecanique.derivation.printing.equations import expression, join, shorter
+from mecanique.derivation.printing.writers import Expression
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import (
@@ -63,11 +66,19 @@ def list_moments(kinematics: Kinematics, name: str) -> Iterator[Result]:
     spin = kinematics.spin(name)
     about = [combination(column, spin) for column in zip(*turn, strict=True)]
     turns = [bool(tidy(algebra.lift(rate))) for rate in about]
-    entries = algebra.mechanism.body(name).inertia
-    for (i, k), entry in zip(_ENTRIES, entries, strict=True):
+    body = algebra.mechanism.body(name)
+    parts = zip(*(shape.inertia for shape in body.shapes), strict=True)
+    for (i, k), entry, entries in zip(_ENTRIES, body.inertia, parts, strict=True):
         moment = tidy(algebra.series(entry))
         if turns[i] and turns[k] and moment:
-            yield Result(Left(f"I_{name}_{'xyz'[i]}{'xyz'[k]}"), moment)
+            shown = partial(_write_sum, moment, [tidy(algebra.series(part)) for part in entries])
+            yield Result(Left(f"I_{name}_{'xyz'[i]}{'xyz'[k]}"), moment, shown)
+
+
+def _write_sum(moment: Series, own: Sequence[Series]) -> Expression:
+    """Return the moment of a body as those of its parts and what Steiner's theorem adds."""
+    apart = (*own, tidy(moment - moment.ring.sum(own)))
+    return shorter(expression(moment), join(expression(part) for part in apart if part))
 
 
 _ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))

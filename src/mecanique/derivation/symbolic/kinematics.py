@@ -8,12 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, final
 
 from mecanique.derivation.laws import Travel
 from mecanique.derivation.mechanics.elements import Ground
 from mecanique.derivation.mechanics.forces import Span
+from mecanique.derivation.printing.expressions import size, to_formula
+from mecanique.derivation.printing.formulas import MOVING, Letter, multiply, number
+from mecanique.derivation.printing.writers import Expression
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import FOLLOWER, TIMED, Kind, Series
 from mecanique.derivation.symbolic.derivation import Left, Result, Stage, list_components
@@ -343,8 +346,17 @@ def relation_stages(algebra: Algebra) -> list[Stage]:
         f"Through {names}, the other coordinates depend on {free}. Differentiated, these relations "
         "give the velocities, and at fixed time the virtual displacements alike."
     )
-    results = []
+    results, leaders = list[Result](), dict[Series, str]()
     for name, value in relations:
+        value = tidy(value)
+        same = next((x for x in (value, -value) if x in leaders), None)
+        if same is not None and size(to_formula(value)) > 2:  # whose rate has been given
+            leader = multiply(
+                number(1 if same == value else -1), Letter(leaders[same], (MOVING, 0))
+            )
+            results.append(Result(Left(name), value, partial(Expression, (leader,))))
+            continue
+        leaders[value] = name
         results += [Result(Left(name), value), Result(Left(f"{name}'"), tidy(value.ddt()))]
     return [Stage(RELATIONS, sentence, tuple(results))]
 

@@ -366,7 +366,7 @@ class Lagrange:
                 *energy_stages(self),
                 *work_stages(self),
                 *loop_stages(self.ties),
-                *redundancy_stages(algebra.mechanism),
+                *redundancy_stages(algebra.mechanism, self.ties),
                 *coordinate_stages(self, operated, turning),
                 *energy_integral(self),
                 *multiplier_stages(

@@ -273,14 +273,19 @@ def _eliminate(balance: _Balance, other: _Balance, k: int) -> _Balance:
     return _Balance(tuple(factors), rest, balance.given or balance)
 
 
-def redundancy_stages(mechanism: Mechanism, *, of_work: bool = False) -> list[Stage]:
+def redundancy_stages(
+    mechanism: Mechanism, ties: Sequence[Tie], *, of_work: bool = False
+) -> list[Stage]:
     """Return the step that names redundant constraints, or no step if there are none."""
+    # those across the plane of a motion have no equation
     if not mechanism.constrained:
         return []
     try:
         rows, shared = find_redundancy(mechanism)
     except DerivationError:  # no position satisfies the constraints
         return []
+    stated = {tie.name for tie in ties}
+    rows, shared = (tuple(x for x in y if x.replace(": ", "_") in stated) for y in (rows, shared))
     if not rows:
         return []
     verb, restrain = ("follows", "it restrains") if len(rows) == 1 else ("follow", "they restrain")

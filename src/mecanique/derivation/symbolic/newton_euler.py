@@ -92,7 +92,7 @@ class NewtonEuler:
                 *loop_stages(loops, of_forces=True),
                 *(stage for cut in self.balances.bodies for stage in self._balance(cut)),
                 *self._eliminate(),
-                *redundancy_stages(algebra.mechanism),
+                *redundancy_stages(algebra.mechanism, ties),
                 *multiplier_stages(algebra, M, rest, ties),
             ),
             assumptions=tuple(self.cuts.assumptions),

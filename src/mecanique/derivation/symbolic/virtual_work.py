@@ -417,7 +417,7 @@ class VirtualWork:
         if not ties:
             return
         yield from loop_stages(ties, of_work=bool(S))
-        yield from redundancy_stages(self.algebra.mechanism, of_work=bool(S))
+        yield from redundancy_stages(self.algebra.mechanism, ties, of_work=bool(S))
         if not S:
             return
         named: list[Series] = []

@@ -38,6 +38,9 @@ _CROWDED = 6.0
 _TINY = 1e-12
 """Instead of zero, where a line is level or upright."""
 
+_TALL = frozenset("ψφξζβQ")
+"""Letters that reach below the line and above small ones."""
+
 Boxes = NDArray[np.float64]
 
 
@@ -63,7 +66,8 @@ def frame(word: Words, *, full: bool = False) -> Point:
     x, y = word.at
     left = x - _BEFORE[word.anchor] * word.width
     right = left + word.width
-    half = (_FULL_HEIGHT if full else _HALF_HEIGHT) * word.size
+    tall = full or any(not _TALL.isdisjoint(text) for text, _ in word.parts)
+    half = (_FULL_HEIGHT if tall else _HALF_HEIGHT) * word.size
     return np.array([left - AIR, y - half, right + AIR, y + half])
 
 
