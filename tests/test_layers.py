@@ -94,7 +94,7 @@ ORDER: dict[str, list[str]] = {
         "rotations",
         "special_motions",
         "glossary",
-        "special_motions",
+        "abbreviations special_motions",
         "document stability",
         "steady",
         "equations",

@@ -74,15 +74,15 @@ def _call(line: Printed, names: Mapping[Sum, Product]) -> Printed:
             measure = gcd(*(term.number.numerator for term in (*left.terms, *right.terms)))
             whole = all(term.number.denominator == 1 for term in (*left.terms, *right.terms))
             by = number(Fraction(1, measure if whole else 1))
-            left, right = (
-                replace(side, terms=tuple(multiply(by, term) for term in side.terms))
-                for side in (left, right)
-            )
-            return Equation(left, right, line.divisor / by.number)
+            return Equation(_scale(left, by), _scale(right, by), line.divisor / by.number)
         case Relation(Expression() as left, sign, Expression() as right):
             return Relation(_put(left, names), sign, _put(right, names))
         case _:
             return line
+
+
+def _scale(side: Expression, by: Product) -> Expression:
+    return replace(side, terms=tuple(multiply(by, term) for term in side.terms))
 
 
 def _put(side: Expression, names: Mapping[Sum, Product]) -> Expression:

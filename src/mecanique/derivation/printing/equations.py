@@ -67,9 +67,9 @@ def draw_divisor(terms: Sequence[Product]) -> list[Product]:
 
 def _draw_factors(terms: Sequence[Product]) -> Sequence[Product]:
     """Return terms as one product, with the factors that all share in front, if these are many."""
-    held = [set(term.factors) for term in terms]
-    first = terms[0].factors if terms else ()
-    shared = [factor for factor in first if all(factor in factors for factors in held)]
+    shared = terms[0].factors if terms else ()
+    for term in terms:
+        shared = tuple(factor for factor in shared if factor in term.factors)
     if len(shared) < _MANY:
         return terms
     above = math.gcd(*(term.number.numerator for term in terms))

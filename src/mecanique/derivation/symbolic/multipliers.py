@@ -284,8 +284,9 @@ def redundancy_stages(
         rows, shared = find_redundancy(mechanism)
     except DerivationError:  # no position satisfies the constraints
         return []
-    stated = {tie.name for tie in ties}
-    rows, shared = (tuple(x for x in y if x.replace(": ", "_") in stated) for y in (rows, shared))
+    names = [tie.name for tie in ties]
+    rows = tuple(row for row in rows if row.replace(": ", "_") in names)
+    shared = tuple(row for row in shared if row.replace(": ", "_") in names)
     if not rows:
         return []
     verb, restrain = ("follows", "it restrains") if len(rows) == 1 else ("follow", "they restrain")

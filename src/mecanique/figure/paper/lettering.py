@@ -38,8 +38,8 @@ _CROWDED = 6.0
 _TINY = 1e-12
 """Instead of zero, where a line is level or upright."""
 
-_TALL = frozenset("ψφξζβQ")
-"""Letters that reach below the line and above small ones."""
+_TALL = frozenset("ψ")
+"""Letters that reach far below the line and above small ones."""
 
 Boxes = NDArray[np.float64]
 
