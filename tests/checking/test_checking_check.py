@@ -165,6 +165,7 @@ def test_a_wrong_answer_says_where_and_how_much() -> None:
         ("q'' + |q|", "write abs"),
         ("q'' + x.diff(t)", "unknown letter"),
         ("__import__('os').system('true')", "'_' has no meaning here"),
+        ("q° = 0", "write it behind a number, as in q = 30°"),
         ("open('/etc/passwd').read()", "has no meaning here"),
         ("exec(q)", "unknown letter 'exec'"),
         ("[[q, 1], [2]]", "rows of one length"),

@@ -6,6 +6,8 @@ import pytest
 
 import mecanique as mq
 
+BLOCKS = "v1' = (k2 q2 - (k1 + k2) q1)/m1; v2' = (F + k2 (q1 - q2))/m2"
+
 ANSWERED = (
     ("simple_pendulum", "Hamiltonian", "H = p^2/(2 m l^2) - m g l cos q", "right", ""),
     ("simple_pendulum", "Hamiltonian", "m l^2 q'^2/2 - m g l cos q", "right except for form", "q'"),
@@ -60,6 +62,32 @@ ANSWERED = (
     ("acrobot", "equilibrium", "q1 = 0, q2 = 0", "incomplete", "q1 = π, q2 = 0 is missing"),
     ("rigid_bar_pendulum", "equilibrium", r"q = n \pi, n \in \mathbb{Z}", "right", "set aside"),
     ("rigid_bar_pendulum", "equilibrium", "q = k pi/2", "wrong", ""),
+    # a root of a condition may count twice, or three times
+    ("simple_pendulum", "equilibrium", "q sin q = 0", "right", ""),
+    ("simple_pendulum", "equilibrium", "cos q = 1; cos q = -1", "right", ""),
+    ("simple_pendulum", "equilibrium", "sin q (1 + cos q) = 0", "right", ""),
+    ("simple_pendulum", "equilibrium", "1 - cos q = 0", "incomplete", "q = π is missing"),
+    (
+        *("double_pendulum", "equilibrium", "(q1, q2) = (0, 0), (0, π), (π, 0), (π, π)"),
+        *("right", ""),
+    ),
+    ("double_pendulum", "equilibrium", "(0, 0) and (π, π)", "incomplete", "q1 = π, q2 = 0 is"),
+    ("two_blocks", "state space", BLOCKS, "right", ""),
+    (
+        *("two_blocks", "state space", f"v1 = q1'; v2 = q2'; {BLOCKS}; q1' = v1; q2' = v2"),
+        *("right", "taken as a definition: 'q1' = v1'"),
+    ),
+    ("simple_pendulum", "state space", "x1 = q; x2 = q'; x1' = x2", "wrong", "for any motion"),
+    (
+        *("crane", "equation of motion"),
+        "(M + m) x'' + m l (cos(theta) theta'' - sin(theta) theta'^2) - 2 m w cos(theta) theta' = F"
+        "; x'' cos theta + l theta'' - 2 w theta' + g sin theta = 0; l = l0 - t w",
+        *("right", "taken as a definition: 'l = l0 - t w'"),
+    ),
+    (
+        *("rolling_disk", "equation of motion", "x'' = 1.933", "right except for form"),
+        "it is 1.9327",
+    ),
     ("rigid_bar_pendulum", "equilibrium", "q = 2 k pi", "incomplete", "q = π is missing"),
     ("rigid_bar_pendulum", "state space", "x1' = x2; x2' = -3 g/(2 l) sin x1", "right", ""),
     ("rigid_bar_pendulum", "state space", "x1' = x2; x2' = 3 g/(2 l) sin x1", "wrong", "sign"),
@@ -246,6 +274,10 @@ CAUSES = (
         *("m R^2 theta'^2/2 + m W^2 R^2 sin(theta)^2/2 - m g R cos theta", "Jacobi's integral"),
     ),
     ("kepler_orbit", "conserved quantity", "m r phi'", "'r' should be r^2"),
+    (
+        *("kepler_orbit", "conserved quantity", "m (r'^2 + r^2 phi'^2)/2 + mu m/r"),
+        "the sign of the potential energy",
+    ),
     ("spherical_pendulum", "conserved quantity", "sin(theta) phi'", "should be squared"),
     ("simple_pendulum", "conserved quantity", "m l^2 q'^2/2 + m g l cos q", "the sign"),
     ("cart_pole", "mass matrix", "[[M + m, 0], [0, m l^2]]", "is missing"),

@@ -191,6 +191,9 @@ def test_both_signs_are_two_answers() -> None:
     assert one.outcome == "incomplete"
 
 
+RODS_MATRIX = "[[(m1/3 + m2) l1^2, m2 l1 l2 cos(q1 - q2)/2], [m2 l1 l2 cos(q1 - q2)/2, m2 l2^2/3]]"
+
+
 @pytest.mark.parametrize(
     ("system", "ask", "text"),
     [
@@ -203,6 +206,11 @@ def test_both_signs_are_two_answers() -> None:
             "phi' = sqrt(g/(l cos theta)), -sqrt(g/(l cos theta))",
         ),
         ("rigid_bar_pendulum", "period", "2*Pi*Sqrt[2*l/(3*g)]"),
+        ("rigid_bar_pendulum", "equilibrium", "0 and 180 degrees"),
+        ("rigid_bar_pendulum", "equilibrium", r"$q \in \{0^\circ, 180^\circ\}$"),
+        ("rigid_bar_pendulum", "equilibrium", "q = ±180° or 0°"),
+        ("double_pendulum", "mass matrix", f"M(q) = {RODS_MATRIX}"),
+        ("two_blocks", "equation of motion", "m1 q̈1 = k2 q2 − (k1+k2) q1; m2 q̈2 = k2 (q1−q2) + F"),
         # decimal commas within brackets, and as LaTeX has them
         ("rigid_bar_pendulum", "equation of motion", "q'' + (1,5 g/l) sin q = 0"),
         ("rigid_bar_pendulum", "equation of motion", r"q'' + \frac{1,5 g}{l} \sin q = 0"),

@@ -42,6 +42,7 @@ MORE = (
     ("rigid_bar_pendulum", "kinetic energy", "T = m l^2 q'^2/6"),
     ("rigid_bar_pendulum", "kinetic energy", "T = m l^2 q'^2/24"),
     ("rigid_bar_pendulum", "kinetic energy", "T = T"),
+    ("rigid_bar_pendulum", "kinetic energy", "T^2 = (m l^2 q'^2/6)^2"),
     ("rigid_bar_pendulum", "kinetic energy", "m l² q̇²/6"),
     ("rigid_bar_pendulum", "potential energy", "V = m g l/2 (1 - cos q)"),
     ("rigid_bar_pendulum", "potential energy", "V = m g l/2 cos q"),
@@ -103,6 +104,11 @@ def test_the_page_judges_as_python_does() -> None:
 
 def test_slips_of_a_potential_without_a_value_at_zero_are_listed_without_a_warning() -> None:
     assert describe_question(mq.textbook.load("kepler_orbit"), "equation of motion")["slips"]
+
+
+def test_no_state_of_a_question_is_out_of_reach() -> None:
+    question = describe_question(mq.textbook.load("particle_on_circle_x"), "potential energy")
+    assert json.dumps(question, allow_nan=False)
 
 
 @pytest.mark.slow

@@ -12,12 +12,13 @@ from typing import final
 import numpy as np
 
 from mecanique.checking.budget import bound_work
-from mecanique.checking.grammar.letters import KnownLetters
+from mecanique.checking.grammar.letters import KnownLetters, key_of
 from mecanique.checking.grammar.reader import (
     ReadText,
     define,
     define_joint_positions,
     read_answer,
+    write_positions_out,
 )
 from mecanique.checking.grammar.tree import Node
 from mecanique.checking.judgement.formula import (
@@ -44,6 +45,13 @@ _STRETCHED = 1e-6
 
 _DENOMINATOR = re.compile(r"/(\d+[^\W\d_]\w*)(?![\w({])")
 """A denominator of a number and letters without brackets, as in 3g/2l."""
+
+
+_RATE = re.compile(r"(?:v|w|u|omega)(\d?)")
+"""Usual letters of rates in a state-space form."""
+
+_OF_POSITION = re.compile(r"(?<=M)\}?\s*\([^()=]*\)(?=\s*&?=)")
+"""What the matrix in M(q) = … depends on."""
 
 
 def check(
@@ -158,10 +166,19 @@ class Checker:
 
     def _judge(self, text: str, ask: str, let: Sequence[str] | Mapping[str, str]) -> Check:
         letters, quantity = self.find_letters(ask, let)
+        if quantity.kind == "matrix":
+            text = _OF_POSITION.sub("", text)
+        if quantity.kind == "equilibrium":
+            text = write_positions_out(text, self.mechanism.coordinates.names)
         if ask == "state space" and len(letters.rates) == 2 and not letters.find("x1"):
             # x1' = x2 is the usual form where there is a single coordinate
             letters = define(f"x1 = {self.mechanism.coordinates.names[0]}", letters)[2]
-        reading = read_answer(text, letters)
+        try:
+            reading = read_answer(text, letters)
+        except FormulaError as error:
+            if ask != "state space":
+                raise
+            reading = read_answer(text, self._define_rates(letters, error.unknown))
         judged = self._compare(reading, quantity, self.truth, text)
         held = self._hold_numbers(judged, reading, quantity, ask, text)
         truth, judged, forms = held or (self.truth, judged, ())
@@ -204,6 +221,16 @@ class Checker:
             at = _state(max(wrong, key=lambda residual: residual.worst)) if wrong else None
             check = replace(check, at=at, independent=independent, needed=nv)
         return _conclude(check, missing, forms)
+
+    def _define_rates(self, letters: KnownLetters, names: Iterable[str]) -> KnownLetters:
+        """Return the letters with those usual for rates, as w2 for q2', that no line defines."""
+        rates = self.mechanism.velocities
+        for name in dict.fromkeys(name.rstrip("'") for name in names):
+            match = _RATE.fullmatch(key_of(name))
+            place = int(match[1] or len(rates) == 1) if match else 0
+            if 0 < place <= len(rates):
+                letters = define(f"{name} = {rates[place - 1]}", letters)[2]
+        return letters
 
     def _close_denominators(
         self, check: Check, text: str, ask: str, let: Sequence[str] | Mapping[str, str]
@@ -266,8 +293,8 @@ class Checker:
         residual = judged.residual
         motion = quantity.kind == "motion"
         usual = truth is self.truth
-        if motion and usual and residual is not None and not residual.holds:
-            if self.search.has_unit_fault(residual, text):
+        if motion and residual is not None and not residual.holds:
+            if usual and self.search.has_unit_fault(residual, text):
                 return judged
             return replace(judged, rounding=find_rounding(residual, text))
         if not judged.holds:

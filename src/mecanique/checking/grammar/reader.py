@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
+from itertools import chain, cycle
 from typing import Any, final
 
 from lark import Lark
@@ -325,6 +326,37 @@ class ReadText:
 _MOST_DEFINITIONS = 12
 
 
+_BETWEEN = re.compile(r"(?:[\s,;={}$∈]|and|or|und|oder|\\in(?![a-z])|\\[{}\\,;]|\\q?quad)*")
+_TUPLE = re.compile(r"\(((?:[^()]|\([^()]*\))*)\)")
+_VALUES = re.compile(
+    r"(?:[\s\d.,;+−±°π*/()^-]|\\?pi(?![a-z])|deg(?:rees?)?|\\circ|and|or|und|oder|\\pm)+"
+)
+_SET = re.compile(r"\s*\$?(\S+?)\s*(?:=|∈|\\?in\b)\s*\\?\{([^{}]*?)\\?\}\s*\$?\s*")
+
+
+def write_positions_out(text: str, names: Sequence[str]) -> str:
+    """Return an answer such as (0, 0), (0, π), or 0, π of a single coordinate, as equations."""
+    if len(names) == 1:
+        listed = _SET.fullmatch(text)
+        if listed and key_of(listed[1].strip("\\")) == key_of(names[0]):
+            return f"{names[0]} = {listed[2]}"
+        return f"{names[0]} = {text}" if _VALUES.fullmatch(text) else text
+    plain = re.sub(r"\\(?:left|right)(?![A-Za-z])", "", text)
+    keys = [*map(key_of, names)]
+    positions = [
+        inner.split(",")
+        for inner in _TUPLE.findall(plain)
+        # (q1, q2) = … names the coordinates
+        if [*map(key_of, re.sub(r"[\\{}\s]", "", inner).split(","))] != keys
+    ]
+    whole = all(len(values) == len(names) for values in positions)
+    if not (whole and _BETWEEN.fullmatch(_TUPLE.sub("", plain))):
+        return text
+    pairs = zip(cycle(names), chain(*positions), strict=False)
+    lines = [f"{name} = {value.strip()}" for name, value in pairs]
+    return "\n".join(lines) or text
+
+
 def name_values(statements: Sequence[Statement]) -> list[Statement]:
     """Return statements in which q = 0, π is q = 0 and q = π."""
     named: list[Statement] = []
@@ -389,9 +421,29 @@ def read_answer(text: str, letters: KnownLetters) -> ReadText:
     for k, line in enumerate(kept):
         tokens += [Token("NEXT", "\n", line[0].start, line[0].start)] if k else []
         tokens += line
+    statements = list(_statements(_parse(tokens, scanner.letters, text), text))
+    restated = [statement for statement in statements if _is_restated(statement, text)]
+    if len(restated) < len(statements):
+        statements = [statement for statement in statements if statement not in restated]
+        defined |= {statement.text: statement.text for statement in restated}
     notes = [*scanner.notes, *(f"taken as a definition: '{said}'" for said in defined.values())]
-    statements = _statements(_parse(tokens, scanner.letters, text), text)
     return ReadText(tuple(statements), scanner.letters, tuple(notes))
+
+
+def _is_restated(statement: Statement, text: str) -> bool:
+    """Whether a line follows from definitions, as x1' = x3 with x1 = q and x3 = q'."""
+    if len(statement.sides) != 2:
+        return False
+    first, second = statement.sides
+    return first.quote(text) != second.quote(text) and _key_of(first) == _key_of(second)
+
+
+def _key_of(node: Node) -> tuple[object, ...]:
+    """Return what a formula is, in whatever order its terms and factors are."""
+    parts = [_key_of(part) for part in node.parts]
+    if node.kind in ("sum", "product"):
+        parts.sort(key=repr)
+    return node.kind, node.name, node.value, *parts
 
 
 def _start(line: Sequence[Token]) -> int:

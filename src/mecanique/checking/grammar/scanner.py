@@ -65,6 +65,7 @@ _REWRITES = (
     (re.compile(r"\bD\[\s*(\w+)\[t\]\s*,\s*t\s*\]"), r"\1'"),
     (re.compile(r"\bD\[\s*(\w+)\[t\]\s*,\s*\{\s*t\s*,\s*2\s*\}\s*\]"), r"\1''"),
     (re.compile(r"=>|->"), "\n"),
+    (re.compile(r"(?<=\d)\s*(?:\^\s*\{?\s*\\circ\s*\}?|deg(?:rees?)?\b)"), "°"),
     # LaTeX's decimal comma
     (re.compile(r"(?<=\d)\{,\}(?=\d)"), "."),
     # integrals of Mathematica and SymPy
@@ -155,17 +156,17 @@ def _unify(text: str) -> tuple[str, list[int]]:
     """Return a text with unified signs, and the original position of each sign."""
     signs: list[str] = []
     places: list[int] = []
-    raised = False
+    raised = dotted = False
     for place, original in enumerate(text):
         some = _SIGNS.get(original, "")
         if original in _RAISED:
             some = ("" if raised else "^") + _RAISED[original]
-        elif original in _LOWERED:
+        elif original in _LOWERED or (dotted and original.isdecimal()):
             # the dots of a letter, three at most, come after its subscript
             dots = len(signs)
             while dots and len(signs) - dots < 3 and signs[dots - 1] == "'":
                 dots -= 1
-            signs.insert(dots, _LOWERED[original])
+            signs.insert(dots, _LOWERED.get(original, original))
             places.insert(dots, place)
         elif not some:
             some = "".join(
@@ -174,6 +175,9 @@ def _unify(text: str) -> tuple[str, list[int]]:
                 if not (sign == "\u0308" and _is_umlaut(text, place))
             )
         raised = original in _RAISED
+        # in q̈1 as in q̈₁ the digit is a subscript
+        ends = unicodedata.normalize("NFD", original)[-1]
+        dotted = ends in _DOTS or (dotted and original.isdecimal())
         signs += some
         places += [place] * len(some)
     return "".join(signs), places
@@ -295,7 +299,6 @@ UNITS = {
     "sec": ("s", "1"),
     "ms": ("s", "0.001"),
     "rad": ("rad", "1"),
-    "deg": ("rad", "0.017453292519943295"),
     "°": ("rad", "0.017453292519943295"),
     "m": ("m", "1"),
     "cm": ("m", "0.01"),
@@ -367,6 +370,7 @@ _REMEDIES = {
     r"\over": r"write \frac{…}{…} for \over",
     "!": "factorials have no place in a formula of mechanics",
     "%": "write a number",
+    "°": "write it behind a number, as in q = 30°",
     "∂": "write partial derivatives out",
     "∫": "write integral(f, x, a, b) for an integral over x from a to b",
 }
@@ -437,9 +441,9 @@ _D_BY_DT = re.compile(r"d\s*/\s*d\s*t(?!\w)")
 _DOT_OF = re.compile(rf"(?P<dots>d{{1,2}})ot\(\s*{_INNER}\s*\)")
 _END_OF_SENTENCE = re.compile(r"[.…]+(?=\s*(?:$|\n|\$|\\(?:end|\]|\)|\\|q?quad|label|tag)))")
 _UNIT = re.compile(
-    r"[^\S\n]*(?:\\[,;: ][^\S\n]*)?(?P<unit>rad\s*/\s*s(?:\s*\^\s*\{?2\}?)?|1/s"
-    r"|s\s*\^\s*\{?-1\}?|Hz|rpm|sec|s|ms|rad|deg|°|cm|mm|km|m/s\s*\^\s*\{?2\}?"
-    r"|m/s|m|kg|kN|N\s*/\s*m|N\s*m|Nm|N|J|W)(?=\s*(?:$|[\n,;.)=$]))"
+    r"[^\S\n]*(?:\\[,;: ][^\S\n]*)?(?P<unit>°|(?:rad\s*/\s*s(?:\s*\^\s*\{?2\}?)?|1/s"
+    r"|s\s*\^\s*\{?-1\}?|Hz|rpm|sec|s|ms|rad|cm|mm|km|m/s\s*\^\s*\{?2\}?"
+    r"|m/s|m|kg|kN|N\s*/\s*m|N\s*m|Nm|N|J|W)(?=\s*(?:$|[\n,;.)=$])))"
 )
 _DECIMAL_COMMA = re.compile(r"(?<![\d.,])(?P<whole>\d+),(?P<part>\d+)(?![\d,]|\.\d)")
 

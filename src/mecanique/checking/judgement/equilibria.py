@@ -6,11 +6,11 @@ their own parameters. Families of equilibria, as of a coordinate without stiffne
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from itertools import product
-from typing import final
+from typing import TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
@@ -32,6 +32,9 @@ _GRID = 721
 """Number of values of a coordinate between which sign changes of a condition are sought."""
 
 _HALVINGS = 60
+_ZERO = 1e-9
+"""A condition holds where it falls below this part of its usual value."""
+
 _WIDE = 6.0
 """Lengths are sought up to this many characteristic lengths."""
 
@@ -348,14 +351,45 @@ def _solve(
     reach = np.pi if name in known.turning else _WIDE * known.size[name]
     # an odd offset keeps the grid away from simple positions such as 0
     grid = np.linspace(-reach, reach, _GRID) + 0.000271 * reach
-    tape = FormulaTape(root)
 
-    def evaluate(states: Rows, numbers: Array) -> Array:
-        letters = {letter: value[states] for letter, value in values.items()}
-        return tape.whole({**letters, name: numbers}, len(numbers))
+    def place(states: Rows, numbers: Array) -> dict[str, Array]:
+        return {**{letter: value[states] for letter, value in values.items()}, name: numbers}
 
-    at, moved, left = find_sign_changes(evaluate, count, grid, _HALVINGS)
-    roots = left < 1
-    if not roots.any():
+    every, tape = np.repeat(np.arange(count), _GRID), FormulaTape(root)
+    whole = tape.whole(place(every, np.tile(grid, count)), len(every))
+    usual = np.abs(np.nan_to_num(whole, posinf=0.0, neginf=0.0)).reshape(count, _GRID).mean(1)
+    states, numbers = list[Rows](), list[Array]()
+    for factor in map(FormulaTape, _list_factors(root)):
+        # where a root counts twice, as that of cos q = 1, the slope changes its sign instead
+        for changing in (_evaluate, _slope):
+            follow = partial(changing, factor, name, place)
+            at, moved, _ = find_sign_changes(follow, count, grid, _HALVINGS)
+            states.append(at)
+            numbers.append(moved)
+    at, moved = np.concatenate(states), np.concatenate(numbers)
+    if len(at):
+        zero = np.abs(tape.whole(place(at, moved), len(at))) < _ZERO * usual[at]
+        at, moved = at[zero], moved[zero]
+    if not len(at):
         raise FormulaError(f"the condition holds at no {name} of any state", text, statement.start)
-    return {**{letter: value[at[roots]] for letter, value in values.items()}, name: moved[roots]}
+    return place(at, moved)
+
+
+_Place: TypeAlias = Callable[[Rows, Array], dict[str, Array]]
+"""The letters of some states with a coordinate at some numbers."""
+
+
+def _evaluate(tape: FormulaTape, _: str, place: _Place, states: Rows, numbers: Array) -> Array:
+    return tape.whole(place(states, numbers), len(numbers))
+
+
+def _slope(tape: FormulaTape, name: str, place: _Place, states: Rows, numbers: Array) -> Array:
+    values = tape.evaluate(place(states, numbers), len(numbers))
+    return np.asarray(tape.along(tape.slopes(values), name))
+
+
+def _list_factors(node: Node) -> list[Node]:
+    """Return the factors of a condition: a root of several of them has no exact change of sign."""
+    if node.kind in ("product", "negative"):
+        return [factor for part in node.parts for factor in _list_factors(part)]
+    return _list_factors(node.parts[0]) if node.kind == "power" else [node]

@@ -20,7 +20,12 @@ from mecanique.checking.grammar.tape import FormulaTape, needed_values
 from mecanique.checking.grammar.tree import Node, add, letter, negate, number, rate
 from mecanique.checking.judgement.equilibria import judge_positions
 from mecanique.checking.judgement.motion import EQUATION_HOLDS, Residual, residuals
-from mecanique.checking.judgement.quantities import AskedQuantity, by_momentum, measure
+from mecanique.checking.judgement.quantities import (
+    ENERGIES,
+    AskedQuantity,
+    by_momentum,
+    measure,
+)
 from mecanique.checking.judgement.truth import Sample, Truth
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
@@ -125,7 +130,8 @@ def _judge_value(
             others = [cases[k] for k in covers if cases[k] is not values]
             places = {name: k for k, name in enumerate(letters) if by_letter}
             roots, free = [values, *others], quantity.again is not None
-            fault = _find_emptiness(best, letters, roots, places, open_constant=free)
+            signed = quantity.name in ENERGIES
+            fault = _find_emptiness(best, letters, roots, places, open_constant=free, signed=signed)
             judged = replace(judged, fault=fault)
         if several:
             judged = replace(judged, says=np.eye(len(cases))[covers])
@@ -174,6 +180,11 @@ def _refuse_formula(statement: Statement, what: str, text: str) -> None:
         raise FormulaError(f"expected an equation for {what}", text, statement.start)
 
 
+def _refuse_letters(formula: Node, names: set[str], text: str) -> None:
+    if formula.letters & names:
+        raise FormulaError("expected a formula in the letters of the system", text, formula.start)
+
+
 def _judge_form(
     judged: Judged, residual: Residual, truth: Truth, quantity: AskedQuantity
 ) -> Judged:
@@ -194,6 +205,7 @@ def _find_emptiness(
     places: Mapping[str, int] = MappingProxyType({}),
     *,
     open_constant: bool = False,
+    signed: bool = False,
 ) -> str:
     """Return why an equation that holds does not determine its letters, "" if it does.
 
@@ -224,7 +236,9 @@ def _find_emptiness(
     above, start = np.searchsorted(_FACTORS, (1.0, 0.0))
     if (table[above - 1] * table[above] < 0).mean() > 0.5:
         return "it only touches zero: a square or a magnitude does not determine a quantity"
-    if not places and (open_constant or (np.stack([*known.values()]) < 0).any()):
+    # of several letters, as in R = m g − abs(F), each may stand within a magnitude
+    alone = not places or len(residual.root.letters & known.keys()) == 1
+    if signed or (alone and (np.stack([*known.values()]) < 0).any()):
         # at a pole at zero it grows before it changes its sign
         pole = np.abs(table[start - 1]) > np.abs(table[start - 2])
         table[:start] *= np.where(pole & (table[start - 1] * table[start] < 0), -1.0, 1.0)
@@ -293,6 +307,7 @@ def _judge_matrix(
     sample = truth.sample
     given, sizes = [], []
     for entry in entries:
+        _refuse_letters(entry, {*quantity.letters} - sample.values.keys(), text)
         values = FormulaTape(entry).evaluate(sample.values, sample.count)
         given.append(values.whole)
         sizes.append(values.size)
@@ -355,10 +370,7 @@ def _judge_constant(
         formula = moving[0] if moving else statement.sides[-1]
         if len(moving) > 1:
             formula = add(formula, negate(moving[1]).at(moving[1].start, moving[1].end))
-        if formula.letters & set(quantity.letters) - sample.values.keys():
-            raise FormulaError(
-                "expected a formula in the letters of the system", text, formula.start
-            )
+        _refuse_letters(formula, {*quantity.letters} - sample.values.keys(), text)
         tape = FormulaTape(formula)
         values = tape.evaluate(sample.values, sample.count)
         slopes = tape.slopes(values)

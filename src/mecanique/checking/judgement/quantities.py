@@ -163,6 +163,10 @@ class _Asked:
             text = "it is Jacobi's integral T2 − T0 + V, not the energy T + V"
             exact = replace(exact, slips=(("Jacobi", text, jacobi),))
         moved = roll(self._truth, self._sample)
+        with np.errstate(all="ignore"):
+            known = np.isfinite(self._value(self._lagrange.T + self._lagrange.V, moved))
+        # what other parameters put out of reach stays where it is
+        moved = {n: np.where(known, x, self._sample.values[n]) for n, x in moved.items()}
         return replace(exact, kind="up to a constant", again=(self._value(series, moved), moved))
 
     def _value(self, series: Series, values: Mapping[str, Array]) -> Array:
@@ -172,7 +176,7 @@ class _Asked:
         derivation = self._truth.closed_form
         entries = [entry for row in derivation.M for entry in row]
         series = {str(k): entry for k, entry in enumerate(entries)}
-        return AskedQuantity(name, "matrix", (), self._sample.M, series=series)
+        return AskedQuantity(name, "matrix", self._letters, self._sample.M, series=series)
 
     def momentum(self, name: str, what: str) -> AskedQuantity:
         coordinates = [v.removesuffix("'") for v in self._truth.velocities]
@@ -502,7 +506,7 @@ _QUESTIONS = {
     "potential energy": _Question(_Asked.energy, ("V", "U", "Ep", "Epot", "PE")),
     "Lagrangian": _Question(_Asked.energy, ("L", "Lagrangian")),
     "energy": _Question(_Asked.energy, ("E", "H", "h")),
-    "mass matrix": _Question(_Asked.mass),
+    "mass matrix": _Question(_Asked.mass, ("M",)),
     "momentum": _Question(_Asked.momentum, ("p",), of=True),
     "conserved quantity": _Question(_Asked.constant, _CONSTANTS),
     "frequency": _Question(_Asked.frequency, _FREQUENCY, at=True),

@@ -363,8 +363,6 @@ class QuantityMistakes:
         moved = roll(truth, truth.sample)
         derivation = truth.closed_form
         lagrange = Lagrange(truth.mechanism, derivation.algebra)
-        energy = lagrange.T + lagrange.V
-        here, there = (truth.at(values)(energy) for values in ({}, moved))
         tape = FormulaTape(root)
         if truth.sample.forces.any() and not truth.mechanism.constrained:
             sample = truth.sample
@@ -378,13 +376,23 @@ class QuantityMistakes:
                 yield Mistake("force", text, "", 0.6)
         first = tape.evaluate(truth.sample.values, truth.sample.count)
         later = tape.evaluate({**truth.sample.values, **moved}, truth.sample.count)
-        change = (first.whole - later.whole) - (here - there)
-        if (np.abs(change) <= _ALIKE * (first.size + later.size)).all():
-            text = (
+        for kind, whole, text in (
+            (
+                "Jacobi",
+                lagrange.T + lagrange.V,
                 "it is T + V, which a prescribed motion or a force changes; Jacobi's integral is "
-                "T2 − T0 + V, with the terms of T by their degree in the velocities"
-            )
-            yield Mistake("Jacobi", text, "", 0.5)
+                "T2 − T0 + V, with the terms of T by their degree in the velocities",
+            ),
+            (
+                "sign",
+                lagrange.T - lagrange.V,
+                "it is T − V: the sign of the potential energy is wrong",
+            ),
+        ):
+            here, there = (truth.at(values)(whole) for values in ({}, moved))
+            change = (first.whole - later.whole) - (here - there)
+            if (np.abs(change) <= _ALIKE * (first.size + later.size)).all():
+                yield Mistake(kind, text, "", 0.5)
         yield from self._find_momentum(first.whole, lagrange)
         for mistake, changed in mutate(root, written, self._units):
             spend()

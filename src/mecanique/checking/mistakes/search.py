@@ -308,7 +308,10 @@ def _vary_wave(part: FormulaPart) -> Iterator[_Candidate]:
     for formula, value in part.context.arguments.items():
         angle = value[part.usable]
         if not any((np.abs(angle - known) <= ALIKE).all() for known in (inner, *degrees)):
-            text = f"{said} {name}({formula}): relative and absolute angles are mixed up"
+            text = f"{said} {name}({formula})"
+            # a mere number is no other angle
+            if any(name.isidentifier() and name != "pi" for name in argument.letters):
+                text += ": relative and absolute angles are mixed up"
             yield written(angle), "angle", text, 1.2
             yield swapped(angle), "angle", f"{said} {turned}({formula})", 2.2
     if argument.letters:

@@ -383,7 +383,7 @@ function judgeFormula(sides, question, states, known, there) {
   if (worst > TOLERANCE) return { holds: false, empty: "" };
   const values = known.map((row) => pick(row, question.names));
   const asks = determines(sides, question.names);
-  const empty = asks ? findEmptiness(root, states, [values], Boolean(there)) : "";
+  const empty = asks ? findEmptiness(root, states, [values], Boolean(there), true) : "";
   const moved = known.map((row) => ({ ...row, ...scale(pick(row, question.names), 1.7) }));
   if (!empty && hasIdleTerm(root, [...known, ...moved])) return { unclear: IDLE };
   return { holds: true, empty };
@@ -447,7 +447,7 @@ function determines(sides, names) {
  * Return why an equation that holds does not determine the quantity, "" if it does: it must change
  * its sign at each of the roots, and nowhere else, or the difference from its value there must.
  */
-function findEmptiness(root, states, [known, ...more], openConstant = false) {
+function findEmptiness(root, states, [known, ...more], openConstant = false, signed = false) {
   const used = new Set();
   collect(root, used);
   const names = Object.keys(known[0]);
@@ -471,7 +471,7 @@ function findEmptiness(root, states, [known, ...more], openConstant = false) {
   if (touches > states.length / 2)
     return "it only touches zero: a square or a magnitude does not determine a quantity";
   const negative = known.some((at) => Object.values(at).some((x) => x < 0));
-  const foreign = table.some((row) => turns(row, openConstant || negative));
+  const foreign = table.some((row) => turns(row, signed || negative));
   return foreign ? "it holds for other values, too" : "";
 }
 
