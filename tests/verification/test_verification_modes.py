@@ -277,6 +277,16 @@ def thrown(e: float) -> mq.Mechanism:
     return mq.Mechanism("thrown", bodies, joints, gravity=gravity, switching=(floor, stop))
 
 
+@pytest.mark.parametrize("bowl", [2.0, -2.0])
+def test_modes_on_a_round_that_are_not_written_out_are_compared_in_numbers(bowl: float) -> None:
+    system = flat(mq.ball(m, r), radius=r, mu=mu, bowl=bowl)
+    with pytest.raises(mq.DerivationError, match="not written out"):
+        mq.derive_modes(system)
+    verdict = mq.verify(system, samples=5)
+    assert verdict.agrees, str(verdict)
+    assert {row.sources[0] for row in verdict.rows} == {"4 modes", "impact of floor"}
+
+
 @pytest.mark.parametrize(
     ("state", "a", "forces"),
     [

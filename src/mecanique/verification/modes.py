@@ -1,9 +1,9 @@
 """Compare every mode of a mechanism with elements that switch: in-house, and from the engine.
 
 In-house the forces of the elements enter Lagrange's equations as loads, and each mode is solved in
-letters; where its modes are many, or slip along two directions, in numbers, from jets. Here the
-same mode is solved in numbers, from the engine's mass matrix, bias and forces, from the gradients
-of its own constraints of closed contacts, and from the rates of joints:
+letters; where its modes are many, or not written out, in numbers, from jets. Here the same mode is
+solved in numbers, from the engine's mass matrix, bias and forces, from the gradients of its own
+constraints of closed contacts, and from the rates of joints:
 
     M a − Jᵀ R = Q − h,  and for each force: J a + γ = 0 held, R = −μ N d slipping along d, R = 0
     open.
@@ -17,6 +17,7 @@ A mode's equations are algebra, which holds at any state: gaps need not be close
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
 from itertools import product
@@ -90,9 +91,12 @@ def compare_modes(
             f"mechanism {mechanism.name!r} has {count} modes, more than {MOST_MODES}; expected "
             "fewer elements that switch"
         )
-    flat = all(len(element.tangents) < 2 for element in bench.elements)
-    if count <= IN_LETTERS and flat:
-        rows, notes = bench.compare_letters(derive_modes(mechanism).modes)
+    letters = None
+    if count <= IN_LETTERS and all(len(element.tangents) < 2 for element in bench.elements):
+        with suppress(DerivationError):  # what is not written out is compared in numbers
+            letters = derive_modes(mechanism)
+    if letters is not None:
+        rows, notes = bench.compare_letters(letters.modes)
     else:
         names = [element.name for element in mechanism.switching]
         modes = [dict(zip(names, combined, strict=True)) for combined in product(*choices)]
