@@ -522,3 +522,25 @@ def test_a_box_lies_on_the_side_that_touches(touching: tuple[str, str], place: l
     states = {corner.name: "open" for corner in box.switching} | dict.fromkeys(touching, "closed")
     (mode,) = mq.derive_modes(box, only=[states]).modes
     assert [line for line in mode.conditions if line.startswith("at")] == place
+
+
+def test_stribeck_s_friction_is_written_as_it_was_given() -> None:
+    """As a fraction its exponential stood above and below the line, and overflowed."""
+    v, mu_k, mu_s, v_s = mq.velocity("x"), 0.1, 0.25, 0.05
+    falling = mu_k + (mu_s - mu_k) * mq.exp(-((v / v_s) ** 2))
+    dry = mq.Friction("dry", "slide", falling, 9.81, mu_static=mu_s)
+    slips = mq.derive_modes(replace(block(), switching=(dry,)))["slips +"]
+    assert str(slips.accelerations["x''"]).count("exp(-400") == 1
+    rate, level = sp.Symbol("x'"), {sp.Symbol("alpha"): 0.0, sp.Symbol("m"): 1.0}
+    fast = float(slips.forces["R_dry"].subs(level).subs(rate, 5.0))
+    assert fast == pytest.approx(-mu_k * 9.81, rel=1e-15)
+
+
+def test_modes_of_a_mechanism_with_several_contacts_end() -> None:
+    """A woodpecker with its sleeve's edge on the pole took minutes for each such mode."""
+    bird = mq.textbook.load("woodpecker")
+    names = [element.name for element in bird.switching]
+    only = [dict(zip(names, ("open", "open", "slips +"), strict=True))]
+    (mode,) = mq.derive_modes(bird, only=only).modes
+    assert len(mode.unsolved) == 4
+    assert not mode.accelerations

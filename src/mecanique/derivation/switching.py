@@ -52,8 +52,9 @@ READABLE = 16
 LONGEST_FRACTION = 1_000_000
 """Largest denominator of a fraction; those of binary numbers are longer."""
 
-LONGEST_UNFOLDED = 100
-"""Terms of a polynomial up to which sin² + cos² = 1 is used on its factors, one by one."""
+LONGEST_READ = 100
+"""Terms of a numerator of a mode that is solved in letters; those of a woodpecker have thousands,
+which take hours to factor."""
 
 LONGEST_FACTORED = 400
 """Operations of a formula up to which each factor is made as short as can be. A ball on a seesaw,
@@ -65,7 +66,7 @@ MOST_TURNED = 2
 MOST_SIMPLIFIED = 30
 """Operations of a formula up to which sympy's `simplify` is tried, whose time grows without end."""
 
-LONGEST_SYSTEM = 100_000
+LONGEST_SYSTEM = 10_000
 """Most products of terms in the determinant of a mode that is solved in letters, by a bound: two
 rough corners of a block take 2,430, in a second; a crank whose slider touches by one 375,144."""
 
@@ -554,43 +555,16 @@ def _solve(laws: list[Any], unknowns: list[Any], known: dict[Any, Any]) -> dict[
     if min(prod(map(sum, lines)) for lines in (rows, zip(*rows, strict=True))) > LONGEST_SYSTEM:
         return None
     numerators, denominator = system[:, :-1].solve_den(system[:, -1:], method="charpoly")
-    field, ring = exact.domain, system.domain
-    angles = sorted({call.args[0] for call in calls}, key=str)
-    waves = [(calls.get(sin(angle)), calls.get(cos(angle))) for angle in angles]
-    pairs = [(s, c) for s, c in waves if s is not None and c is not None]
-
-    def divide(above: Any, below: Any) -> Any:
-        """Return a fraction short by s² + c² = 1, which leaves common factors to be found anew."""
-        above, below = (field.convert_from(_fold(side, pairs), ring) for side in (above, below))
-        return above / below
-
-    solved = numerators.applyfunc(lambda above: divide(above, denominator), field)
+    if max(map(_count_terms, numerators.to_list_flat())) > LONGEST_READ:
+        return None
+    below = exact.domain.convert_from(denominator, system.domain)
+    solved = numerators.convert_to(exact.domain) / below
     others = exact[count:, :-1] * solved - exact[count:, -1:]
-    if pairs:
-        others = others.applyfunc(lambda value: divide(value.numer, value.denom))
     back = {letter: call.xreplace(decimals) for call, letter in calls.items()}
     values = [*solved.to_Matrix(), *others.to_Matrix()]
     short = [_shorten(value.xreplace(back)) for value in values]
     short = [_write_decimals(value, everywhere=bool(decimals)) for value in short]
     return dict(zip([*unknowns, *known], short, strict=True))
-
-
-def _fold(polynomial: Any, pairs: list[tuple[Any, Any]]) -> Any:
-    """Return a long polynomial without squares of sines, or of their cosines, where it is shorter.
-
-    Of a short one it is left to its factors, which may be gone afterwards.
-    """
-    for pair in pairs if _count_terms(polynomial) > LONGEST_UNFOLDED else ():
-        places = [polynomial.ring.symbols.index(letter) for letter in pair]
-        for square, other in (places, reversed(places)):
-            folded = polynomial.ring.zero
-            rest = 1 - polynomial.ring.gens[other] ** 2
-            for monomial, c in polynomial.terms():
-                halves, odd = divmod(monomial[square], 2)
-                lower = (*monomial[:square], odd, *monomial[square + 1 :])
-                folded += polynomial.ring.term_new(lower, c) * rest**halves
-            polynomial = min(polynomial, folded, key=len)
-    return polynomial
 
 
 def _count_terms(entry: Any) -> int:
@@ -619,17 +593,21 @@ def _is_singular(matrix: Any) -> bool:
 @lru_cache(maxsize=1000)  # modes share most of their denominators, and many of their formulas
 def _shorten(value: Any) -> Any:
     """Return a formula in factors, short by sin² + cos² = 1."""
-    from sympy import cos, factor, factor_terms, fraction, simplify, sin, together
+    from sympy import Dummy, Function, cos, factor, factor_terms, fraction, simplify, sin, together
 
+    # an exponential would be turned over, and overflow where what it stood for is none
+    calls = {call: Dummy() for call in value.atoms(Function) - value.atoms(sin, cos)}
+    value, back = value.xreplace(calls), {letter: call for call, letter in calls.items()}
     long = value.count_ops() > LONGEST_FACTORED
     above, below = (_factor(side, short=not long) for side in fraction(together(value)))
     if long:
-        return factor_terms(above / below)
+        return factor_terms(above / below).xreplace(back)
     short = factor(above / below)
     if short.count_ops() > MOST_SIMPLIFIED or not short.has(sin, cos):
-        return short
+        return short.xreplace(back)
     simplified = factor(simplify(short))
-    return simplified if 4 * simplified.count_ops() <= 3 * short.count_ops() else short
+    shorter = 4 * simplified.count_ops() <= 3 * short.count_ops()
+    return (simplified if shorter else short).xreplace(back)
 
 
 @lru_cache(maxsize=1000)

@@ -175,6 +175,13 @@ def report_end(progress: Callable[[float], object] | None, motion: Trajectory) -
         raise IntegrationError(message, time=t, motion=motion) from error
 
 
+SHALLOW = 0.5
+"""Between places of a step a quantity is looked at more closely where a parabola through three of
+them comes this far down, of the least of the three, or farther."""
+
+NEARLY = 0.01
+"""What a cubic through a long step may be off, of the largest of the three."""
+
 MAX_HALVINGS = 50
 """How often a step is halved to find where a quantity has left zero."""
 
@@ -198,6 +205,14 @@ class _Crossing(NamedTuple):
     low: float
     high: float
     sign: float
+    size: float = 0.0  # largest value around a dip, after which it is back; zero of what passes
+
+
+def _interpolate_step(steps: Steps, at: int, t: float) -> np.ndarray:
+    """Return the state within a step by a cubic."""
+    begin, end = steps.t[at : at + 2]
+    (y0, y1), (d0, d1) = steps.y[at : at + 2], steps.dy[at : at + 2]
+    return interpolate((t - begin) / (end - begin), end - begin, (y0, y1), (d0, d1))
 
 
 @final
@@ -336,25 +351,87 @@ class Watcher:
 
     def _has_crossed(self) -> bool:
         """Look for a sign change along the last step to halt at, and note it."""
-        steps = self._steps
+        steps, dips = self._steps, list[_Crossing]()
         for at in range(steps.first, len(steps.t) - 1):
             t0, t1 = steps.t[at : at + 2]
             (y0, y1), (d0, d1) = steps.y[at : at + 2], steps.dy[at : at + 2]
             low, h = t0, t1 - t0
+            looks = [(t0, self._before)]
             for x in PLACES:
                 # cubic interpolation is enough to see a sign change
                 y = interpolate(x, h, (y0, y1), (d0, d1)) if x < 1 else y1
                 high = t0 + x * h if x < 1 else t1
                 now = self._measure(high, y)
                 self._compare(now, low, high)
+                looks.append((high, now))
                 passed = list(self._halting)
                 self._halting = [c for c in passed if not self._passes_over(c.which, high, y)]
                 if self._halting:
-                    return True
+                    break
                 self._before, low = self._measure(high, y) if passed else now, high
                 if passed:
                     self._lift_margins()
-        return False
+                    looks = [(high, self._before)]
+            dips += self._list_dips(looks, partial(_interpolate_step, steps, at))
+            if self._halting:
+                break
+        self._halting = dips + self._halting
+        return bool(self._halting)
+
+    def _list_dips(
+        self, looks: Sequence[tuple[float, list[float]]], state: Callable[[float], np.ndarray]
+    ) -> list[_Crossing]:
+        """Return where quantities may be beyond zero between places of a step, and back."""
+        dips = []
+        for (t0, before), (t1, between), (t2, after) in zip(
+            looks, looks[1:], looks[2:], strict=False
+        ):
+            for k, event in enumerate(self._events):
+                sign = 1.0 if between[k] > 0 else -1.0
+                g0, g1, g2 = (sign * g[k] for g in (before, between, after))
+                least = min(g0, g1, g2)
+                if event.direction * sign > 0 or not least > 0:
+                    continue
+                # the turn of a parabola through the three
+                first, second = (g1 - g0) / (t1 - t0), (g2 - g1) / (t2 - t1)
+                bend = (second - first) / (t2 - t0)
+                if not bend > 0:
+                    continue
+                turn = (t0 + t1) / 2 - first / (2 * bend)
+                lowest = g0 + (first + bend * (turn - t1)) * (turn - t0)
+                if not t0 < turn < t2 or lowest > SHALLOW * least:
+                    continue
+                dip = _Crossing(k, t0, t2, sign, size=max(g0, g1, g2))
+                if self._find_lowest(dip, state)[1] < NEARLY * dip.size:
+                    dips.append(dip)
+        return dips
+
+    def _find_lowest(
+        self, dip: _Crossing, state: Callable[[float], np.ndarray]
+    ) -> tuple[float, float]:
+        """Return when a quantity is nearest to zero or farthest beyond it, and its distance."""
+        from scipy.optimize import minimize_scalar
+
+        quantity, nq = self._quantities[dip.which], self._nq
+
+        def distance(t: float) -> float:
+            y = state(t)
+            return dip.sign * float(quantity(t, y[:nq], y[nq:]))
+
+        lowest = minimize_scalar(
+            distance,
+            bounds=(dip.low, dip.high),
+            method="bounded",
+            options={"xatol": 1e-8 * (dip.high - dip.low)},
+        )
+        return float(lowest.x), float(lowest.fun)
+
+    def _reach(self, t: float) -> np.ndarray:
+        """Return the state at a time within the last look, by integrating from its beginning."""
+        steps = self._steps
+        reached = advance_within(self._task, steps.t[steps.first], steps.y[steps.first], t)
+        steps.evaluations += reached.evaluations
+        return reached.y
 
     def _compare(self, now: list[float], low: float, high: float) -> None:
         for k, (event, g0, g1) in enumerate(zip(self._events, self._before, now, strict=True)):
@@ -371,7 +448,15 @@ class Watcher:
         """Return the first crossing of the last look, with its time and state."""
         first: tuple[_Crossing, tuple[float, np.ndarray]] | None = None
         for crossing in self._halting:
-            if first is not None:
+            if crossing.size:
+                t, distance = self._find_lowest(crossing, self._reach)
+                # what is shallower than the tolerance of the motion only touches
+                if distance > -self._task.rtol * crossing.size:
+                    continue
+                if self._passes_over(crossing.which, t, self._reach(t)):
+                    continue
+                crossing = crossing._replace(high=t)
+            elif first is not None:
                 t, y = first[1]
                 quantity = self._quantities[crossing.which]
                 if quantity(t, y[: self._nq], y[self._nq :]) * crossing.sign > 0:
@@ -386,18 +471,11 @@ class Watcher:
         """Return when and where the quantity is zero, by integrating from the step before."""
         from scipy.optimize import brentq
 
-        steps = self._steps
-        t0, y0, t1 = steps.t[steps.first], steps.y[steps.first], steps.t[-1]
-        quantity, nq = self._quantities[crossing.which], self._nq
-        low, high, sign = crossing.low, crossing.high, crossing.sign
-
-        def state(t: float) -> np.ndarray:
-            reached = advance_within(self._task, t0, y0, t)
-            steps.evaluations += reached.evaluations
-            return reached.y
+        steps, quantity, nq = self._steps, self._quantities[crossing.which], self._nq
+        low, high, sign, t1 = crossing.low, crossing.high, crossing.sign, steps.t[-1]
 
         def value(t: float) -> float:
-            y = state(t)
+            y = self._reach(t)
             return float(quantity(t, y[:nq], y[nq:]))
 
         begun = value(low) * sign
@@ -410,11 +488,11 @@ class Watcher:
                     break
             else:
                 if not begun > 0:
-                    return low, state(low)
+                    return low, self._reach(low)
         if value(high) * sign > 0:
             high = t1
             if value(high) * sign > 0:
                 self._before = self._measure(t1, steps.y[-1])
                 return None
         t = float(brentq(value, low, high, xtol=1e-15 * max(1.0, abs(high)), rtol=1e-15))
-        return t, self._problem.correct(t, state(t))
+        return t, self._problem.correct(t, self._reach(t))
