@@ -111,6 +111,19 @@ def test_no_state_of_a_question_is_out_of_reach() -> None:
     assert json.dumps(question, allow_nan=False)
 
 
+@needs_node
+def test_a_frequency_of_zero_has_no_period_on_the_page() -> None:
+    furuta = mq.textbook.load("furuta_pendulum")
+    question = describe_question(furuta, "frequency")
+    assert json.dumps(question, allow_nan=False)
+    answers = ["omega = 0", "omega_1 = 0"]
+    verdicts = judge_in_javascript(question, answers)
+    assert [verdict["outcome"] for verdict in verdicts] == ["incomplete", "incomplete"]
+    assert [mq.check(furuta, text, "frequency").outcome for text in answers] == [
+        verdict["outcome"] for verdict in verdicts
+    ]
+
+
 @pytest.mark.slow
 @needs_node
 def test_the_page_judges_more_answers_as_python_does() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -160,10 +160,17 @@ def test_a_page_computes_motions_with_corners_as_python_does(tmp_path: Path) -> 
             np.testing.assert_allclose(column, taken, rtol=1e-8, atol=1e-9 * size, err_msg=name)
 
 
+DOME = move_in_plane(
+    mq.ball(1.0, 0.1),
+    mq.Contact("dome", "body", radius=0.1, bowl=-1.0, plane=mq.Placement((0, 0, 1.0))),
+)
+
 SIDES: dict[str, tuple[mq.Mechanism, dict[str, float], dict[str, float], float]] = {
     "sled": (make_sled(0.4), {"x": -0.5}, {"x": 2.0}, 0.8),
     "block": (make_block(0.4, 0.2, 0.0), {"x": -0.5, "z": 0.1}, {"x": 2.0}, 0.6),
     "ball": (make_ball(0.1, 0.0), {"x": -0.1, "z": 0.1}, {"x": 0.3}, 1.2),
+    # 0.1 mm deep, within one step
+    "dome": (replace(DOME, gravity=(0, 0, 0)), {"x": -0.23, "z": 1.0999}, {"x": 1.0}, 0.4),
 }
 
 

@@ -73,7 +73,8 @@ def describe_question(mechanism: Mechanism, ask: str, seed: int = 0) -> dict[str
         assert quantity.values is not None
         if quantity.kind == "several":
             known = [measure(omega, quantity.letters) for omega in quantity.values]
-            return {"kind": "several", "measures": [table_of(omegas) for omegas in known]}
+            measures = [table_of(_keep_finite(omegas)) for omegas in known]
+            return {"kind": "several", "measures": measures}
         answer: dict[str, Any] = {"values": _list(quantity.values)}
         if quantity.again is not None:
             values, states = quantity.again
@@ -90,6 +91,11 @@ def describe_question(mechanism: Mechanism, ask: str, seed: int = 0) -> dict[str
 def table_of(values: Mapping[str, Array]) -> dict[str, list[float]]:
     """Return values by letter as lists."""
     return {name: _list(value) for name, value in values.items()}
+
+
+def _keep_finite(values: Mapping[str, Array]) -> dict[str, Array]:
+    """Return values without those at infinity, as the period of what does not oscillate."""
+    return {name: value for name, value in values.items() if np.isfinite(value).all()}
 
 
 def _list_slips(checker: Checker) -> Iterator[dict[str, Any]]:

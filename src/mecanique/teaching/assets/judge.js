@@ -516,7 +516,8 @@ function coversWithNumbers({ numbers }, statements) {
 /** Return which of several values a line holds for. */
 function coverOne(sides, measures, states) {
   if (sides.length > 2) return { unclear: "this page cannot judge a chain of equations" };
-  const names = Object.keys(measures[0]);
+  // of a frequency that is zero there is no period
+  const names = Object.keys(Object.assign({}, ...measures));
   const root = subtract(sides[0], sides[1] ?? { op: "letter", name: names[0] });
   const worst = measures.map((measure) =>
     worstOf(states.map((row, k) => evaluate(root, { ...rowOf(measure, k), ...row }))),
@@ -525,7 +526,8 @@ function coverOne(sides, measures, states) {
     return { unclear: "it is off by very little" };
   const covers = worst.flatMap((one, k) => (one <= TOLERANCE ? [k] : []));
   if (!covers.length) return { covers };
-  const roots = covers.map((k) => states.map((_, at) => pick(rowOf(measures[k], at), names)));
+  const shared = names.filter((name) => covers.every((k) => name in measures[k]));
+  const roots = covers.map((k) => states.map((_, at) => pick(rowOf(measures[k], at), shared)));
   const empty = determines(sides, names) ? findEmptiness(root, states, roots) : "";
   const known = states.map((row, at) => ({ ...roots[0][at], ...row }));
   const moved = states.map((row, at) => ({ ...scale(roots[0][at], 1.7), ...row }));
