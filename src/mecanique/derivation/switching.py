@@ -53,8 +53,8 @@ LONGEST_FRACTION = 1_000_000
 """Largest denominator of a fraction; those of binary numbers are longer."""
 
 LONGEST_READ = 100
-"""Terms of a numerator of a mode that is solved in letters; those of a woodpecker have thousands,
-which take hours to factor."""
+"""Terms of a numerator of a mode that is solved in letters; those of a woodpecker have hundreds to
+thousands, and took up to a minute a mode to factor."""
 
 LONGEST_FACTORED = 400
 """Operations of a formula up to which each factor is made as short as can be. A ball on a seesaw,

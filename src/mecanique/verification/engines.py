@@ -399,14 +399,19 @@ def _beside(origin: Origin) -> Iterator[None]:
     if origin.file is None or origin.form == "URDF":
         yield
         return
-    before, path = Path.cwd(), os.environ.get("ROS_PACKAGE_PATH", "")
-    os.environ["ROS_PACKAGE_PATH"] = os.pathsep.join([*origin.package_path, path])
+    before, path = Path.cwd(), os.environ.get("ROS_PACKAGE_PATH")
+    if origin.package_path:
+        folders = [*origin.package_path, *([path] if path else [])]
+        os.environ["ROS_PACKAGE_PATH"] = os.pathsep.join(folders)
     os.chdir(Path(origin.file).resolve().parent)
     try:
         yield
     finally:
         os.chdir(before)
-        os.environ["ROS_PACKAGE_PATH"] = path
+        if path is None:
+            os.environ.pop("ROS_PACKAGE_PATH", None)
+        else:
+            os.environ["ROS_PACKAGE_PATH"] = path
 
 
 def _difference(pairs: Sequence[tuple[str, Array, Array]], mass: Array) -> float:
