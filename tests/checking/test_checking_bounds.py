@@ -20,6 +20,15 @@ PENDULUM = mq.textbook.load("simple_pendulum")
 DOUBLING = ["a0 = q + l", *(f"a{k} = a{k - 1}*a{k - 1} + a{k - 1}" for k in range(1, 17))]
 
 
+@pytest.fixture
+def patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Give a judgement four times as long where every line is counted, which slows it so much."""
+    coverage = sys.modules.get("coverage")
+    if coverage is not None and coverage.Coverage.current() is not None:
+        monkeypatch.setattr(budget, "SECONDS", 4 * budget.SECONDS)
+
+
+@pytest.mark.usefixtures("patience")
 @pytest.mark.parametrize(
     ("text", "ask", "let", "message"),
     [
@@ -57,15 +66,7 @@ def test_hostile_texts_are_refused_at_once(
     start = time.thread_time()
     with pytest.raises(mq.FormulaError, match=message):
         mq.check(PENDULUM, text, ask, let)
-    assert time.thread_time() - start < 5.0
-
-
-@pytest.fixture
-def patience(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Give a judgement four times as long where every line is counted, which slows it so much."""
-    coverage = sys.modules.get("coverage")
-    if coverage is not None and coverage.Coverage.current() is not None:
-        monkeypatch.setattr(budget, "SECONDS", 4 * budget.SECONDS)
+    assert time.thread_time() - start < budget.SECONDS
 
 
 @pytest.mark.usefixtures("patience")
@@ -76,12 +77,13 @@ def test_a_sum_of_many_terms_is_judged(terms: int) -> None:
     assert mq.check(PENDULUM, f"{many} - {terms // 6 - 1} g/l sin(q) = 0").outcome == "right"
 
 
+@pytest.mark.usefixtures("patience")
 def test_powers_of_powers_are_not_proven_digit_by_digit() -> None:
     power = "(((1.0000000001^64)^64)^64)^64"
     start = time.thread_time()
     answer = mq.check(PENDULUM, f"{power} (q'' + g/l sin q) = 0")
     assert (answer.outcome, answer.exact) == ("right", False)
-    assert time.thread_time() - start < 5.0
+    assert time.thread_time() - start < budget.SECONDS
 
 
 def test_what_takes_too_long_is_refused_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
