@@ -122,3 +122,24 @@ def test_equal_balls_that_impact_together_share_by_newton() -> None:
     row = mq.Mechanism("row", bodies, tuple(joints), switching=tuple(between))
     motion = mq.simulate(row, q=[-0.3, 0.0, 0.1], v=[1.0, 0, 0], duration=0.5)
     np.testing.assert_allclose(motion.v[-1], [-1 / 3, 2 / 3, 2 / 3], rtol=1e-12, atol=0)
+
+
+@pytest.mark.parametrize("depth", [1e-3, 1e-5])
+@pytest.mark.parametrize("direction", [-1, 0, 1])
+def test_an_event_that_is_passed_and_passed_back_within_a_step_is_noted(
+    depth: float, direction: int
+) -> None:
+    """x = cos t is below −1 + d for acos(1 − d) around π; where it just comes, it does not pass."""
+    oscillator = slider(gravity=(0, 0, 0), forces=(mq.JointSpring("spring", "slide", 1.0),))
+
+    def pass_below(x: float) -> list[float]:
+        below = mq.Event("below", lambda t, q, v: q[0] - x, direction)
+        return [
+            event.t for event in mq.simulate(oscillator, q=[1.0], duration=5, events=[below]).events
+        ]
+
+    half = math.acos(1 - depth)
+    expected = {-1: [-half], 0: [-half, half], 1: [half]}[direction]
+    passed = np.array(pass_below(depth - 1)) - math.pi
+    assert passed == pytest.approx(expected, abs=1e-7)
+    assert not pass_below(-1.0)

@@ -61,6 +61,8 @@ def test_motions_end_and_turn_where_simulate_says(tmp_path: Path) -> None:
         "": mq.simulate(cart, rtol=1e-12, limits=0.7, **start),
         "at its event 'wall'": move("simple_pendulum", events=wall("q", stop=True), **swing),
         "at its event": move("simple_pendulum", events=wall(SPEED + 1, stop=True), **swing),
+        # below it for a moment within one step
+        "at its event 'w": move("simple_pendulum", events=wall(Q + 0.99999, stop=True), **swing),
     }
     again = move("simple_pendulum", events=wall(Q + 0.2, restitution=0.9), **swing)
     every = [*motions.items(), ("", again)]

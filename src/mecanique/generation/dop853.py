@@ -44,6 +44,10 @@ FIRST, UNKNOWN, BRIEF = 0.01, 1e-10, 1e-6
 """The first step is this part of state over rate; where the square of one of them, in tolerances,
 is below the second, it is the third [s]."""
 
+LOOKS, SHALLOW = 4, 0.5
+"""Events are looked for at so many places of a step, and between them where a parabola through
+three comes down to this part of the least of the three, or farther."""
+
 UNSTABLE = 6.1
 """Step length times rate of decay at which the method becomes unstable (DOP853, Hairer et al.)."""
 
@@ -179,13 +183,14 @@ def write_script() -> str:
         "ERRORS": [*table.errors],
         "DENSE": [*table.dense],
     }
+    constants = *_CONTROL, "LOOKS", "SHALLOW"
     lines = [
         "// Written by generation/dop853.py: the method of Dormand & Prince of order 8(5, 3), and",
         "// its dense output of order 7 (E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary",
         "// Differential Equations I, 1993, II.5, II.6). Rows hold what is not zero.",
         "",
         "export const CONTROL = {",
-        *(f"  {name}: {globals()[name]!r},".replace("e-0", "e-") for name in _CONTROL),
+        *(f"  {name}: {globals()[name]!r},".replace("e-0", "e-") for name in constants),
         "};",
     ]
     for name, meaning in _TABLES:

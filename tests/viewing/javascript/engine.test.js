@@ -54,6 +54,20 @@ test("events are found where a function passes through zero, in the direction as
   assert.equal(all.length, 3);
 });
 
+test("what passes zero for a moment within a step is found on its way out and back", () => {
+  const path = new Integrator(oscillator, { rtol: 1e-12, counted: 2 }).run(0, [1, 0], 10);
+  for (const depth of [1e-4, 1e-6]) {
+    const half = Math.acos(1 - depth);
+    const places = [1, 3].flatMap((k) => [k * Math.PI - half, k * Math.PI + half]);
+    assertNearly(
+      findEvents(path, (t, y) => y[0] + 1 - depth, 0),
+      places,
+      1e-8,
+    );
+  }
+  assert.equal(findEvents(path, (t, y) => y[0] + 1 + 1e-6, 0).length, 0);
+});
+
 test("a place where rates are rounding alone is passed on the last good step", () => {
   // y = cos 20 t, of which nothing is known around t = 1
   const rates = (t, y, out) => {

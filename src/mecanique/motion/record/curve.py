@@ -22,8 +22,9 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
+from mecanique.generation.dop853 import LOOKS, SHALLOW
 from mecanique.motion.record.rates import Rates
-from mecanique.motion.tolerances import INSTANT, OUTSIDE
+from mecanique.motion.tolerances import GRAZES, INSTANT, OUTSIDE
 
 Times: TypeAlias = "float | Sequence[float] | np.ndarray"
 """A time, or shape (n,) [s]."""
@@ -331,7 +332,7 @@ def _newton(
     return _Pieces(points, coefficients, error)
 
 
-PLACES = (0.25, 0.5, 0.75, 1.0)
+PLACES = tuple((k + 1) / LOOKS for k in range(LOOKS))
 """Fractions of a step at which events are looked for."""
 
 
@@ -351,6 +352,32 @@ class Crossing(NamedTuple):
     sign: int
 
 
+def turns_low(looks: Sequence[tuple[float, float]]) -> bool:
+    """Return whether a quantity that is positive at three times may be below zero between them."""
+    (t0, g0), (t1, g1), (t2, g2) = looks
+    least = min(g0, g1, g2)
+    if not least > 0:
+        return False
+    # the turn of a parabola through the three
+    first, second = (g1 - g0) / (t1 - t0), (g2 - g1) / (t2 - t1)
+    bend = (second - first) / (t2 - t0)
+    if not bend > 0:
+        return False
+    turn = (t0 + t1) / 2 - first / (2 * bend)
+    lowest = g0 + (first + bend * (turn - t1)) * (turn - t0)
+    return t0 < turn < t2 and lowest <= SHALLOW * least
+
+
+def find_lowest(value: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
+    """Return when between two times a quantity is least, and how much it is."""
+    from scipy.optimize import minimize_scalar
+
+    lowest = minimize_scalar(
+        value, bounds=(low, high), method="bounded", options={"xatol": 1e-8 * (high - low)}
+    )
+    return float(lowest.x), float(lowest.fun)
+
+
 def find_crossings(
     curve: Curve,
     quantities: Callable[[Array, Array, Array], Array],
@@ -358,7 +385,8 @@ def find_crossings(
 ) -> list[list[Crossing]]:
     """Return where each of some quantities, shape (n, k), passes zero along a curve.
 
-    It is looked for at fractions of each interval. What jumps at a break does not pass zero there.
+    It is looked for at fractions of each interval, and where it turns between three of them. What
+    jumps at a break does not pass zero there.
     """
     from scipy.optimize import brentq  # takes longer to import than most motions
 
@@ -377,15 +405,41 @@ def find_crossings(
         values = column[place].reshape(times.shape)
         before, after = values[:-1], values[1:]
         rises, falls = (before < 0) & (after >= 0), (before > 0) & (after <= 0)
+        brackets = [
+            (*times[j : j + 2, i].tolist(), 1 if rises[j, i] else -1)
+            for i, j in zip(*np.nonzero((rises | falls).T), strict=True)
+        ]
+        brackets += _bracket_dips(times, values, value)
         crossings.append([])
-        for i, j in zip(*np.nonzero((rises | falls).T), strict=True):
-            pair = low, high = times[j : j + 2, i].tolist()
+        for low, high, sign in sorted(brackets):
             if value(low) * value(high) > 0:  # one is zero to rounding
-                t = min(pair, key=lambda t: abs(value(t)))
+                t = min((low, high), key=lambda t: abs(value(t)))
             else:
                 t = float(brentq(value, low, high, xtol=INSTANT, rtol=INSTANT))
-            crossings[k].append(Crossing(t, 1 if rises[j, i] else -1))
+            crossings[k].append(Crossing(t, sign))
     return crossings
+
+
+def _bracket_dips(
+    times: Array, values: Array, value: Callable[[float], float]
+) -> list[tuple[float, float, int]]:
+    """Return between which times a quantity passes zero and comes back between two looks."""
+    brackets = list[tuple[float, float, int]]()
+    for t, g in zip(times.T.tolist(), values.T.tolist(), strict=True):
+        for j in range(len(t) - 2):
+            sign = 1 if g[j + 1] > 0 else -1
+
+            def distance(x: float, sign: int = sign) -> float:
+                return sign * value(x)
+
+            looks = [(x, sign * y) for x, y in zip(t[j : j + 3], g[j : j + 3], strict=True)]
+            if turns_low(looks):
+                turn, lowest = find_lowest(distance, t[j], t[j + 2])
+                # what turns between the middle two of four looks is seen twice
+                seen = brackets and turn - brackets[-1][0] < (t[-1] - t[0]) / 1000
+                if lowest < -GRAZES * max(y for _, y in looks) and not seen:
+                    brackets += [(t[j], turn, -sign), (turn, t[j + 2], sign)]
+    return brackets
 
 
 RightHandSide: TypeAlias = Callable[[float, np.ndarray], np.ndarray]

@@ -20,7 +20,9 @@ from mecanique.motion.record.curve import (
     Curve,
     Steps,
     find_crossings,
+    find_lowest,
     interpolate,
+    turns_low,
 )
 from mecanique.motion.record.events import (
     Event,
@@ -174,10 +176,6 @@ def report_end(progress: Callable[[float], object] | None, motion: Trajectory) -
         )
         raise IntegrationError(message, time=t, motion=motion) from error
 
-
-SHALLOW = 0.5
-"""Between places of a step a quantity is looked at more closely where a parabola through three of
-them comes this far down, of the least of the three, or farther."""
 
 NEARLY = 0.01
 """What a cubic through a long step may be off, of the largest of the three."""
@@ -383,26 +381,15 @@ class Watcher:
     ) -> list[_Crossing]:
         """Return where quantities may be beyond zero between places of a step, and back."""
         dips = []
-        for (t0, before), (t1, between), (t2, after) in zip(
-            looks, looks[1:], looks[2:], strict=False
-        ):
+        for three in zip(looks, looks[1:], looks[2:], strict=False):
             for k, event in enumerate(self._events):
-                sign = 1.0 if between[k] > 0 else -1.0
-                g0, g1, g2 = (sign * g[k] for g in (before, between, after))
-                least = min(g0, g1, g2)
-                if event.direction * sign > 0 or not least > 0:
+                sign = 1.0 if three[1][1][k] > 0 else -1.0
+                signed = [(t, sign * g[k]) for t, g in three]
+                if event.direction * sign > 0 or not turns_low(signed):
                     continue
-                # the turn of a parabola through the three
-                first, second = (g1 - g0) / (t1 - t0), (g2 - g1) / (t2 - t1)
-                bend = (second - first) / (t2 - t0)
-                if not bend > 0:
-                    continue
-                turn = (t0 + t1) / 2 - first / (2 * bend)
-                lowest = g0 + (first + bend * (turn - t1)) * (turn - t0)
-                if not t0 < turn < t2 or lowest > SHALLOW * least:
-                    continue
-                dip = _Crossing(k, t0, t2, sign, size=max(g0, g1, g2))
-                if self._find_lowest(dip, state)[1] < NEARLY * dip.size:
+                size = max(g for _, g in signed)
+                dip = _Crossing(k, three[0][0], three[2][0], sign, size)
+                if self._find_lowest(dip, state)[1] < NEARLY * size:
                     dips.append(dip)
         return dips
 
@@ -410,21 +397,13 @@ class Watcher:
         self, dip: _Crossing, state: Callable[[float], np.ndarray]
     ) -> tuple[float, float]:
         """Return when a quantity is nearest to zero or farthest beyond it, and its distance."""
-        from scipy.optimize import minimize_scalar
-
         quantity, nq = self._quantities[dip.which], self._nq
 
         def distance(t: float) -> float:
             y = state(t)
             return dip.sign * float(quantity(t, y[:nq], y[nq:]))
 
-        lowest = minimize_scalar(
-            distance,
-            bounds=(dip.low, dip.high),
-            method="bounded",
-            options={"xatol": 1e-8 * (dip.high - dip.low)},
-        )
-        return float(lowest.x), float(lowest.fun)
+        return find_lowest(distance, dip.low, dip.high)
 
     def _reach(self, t: float) -> np.ndarray:
         """Return the state at a time within the last look, by integrating from its beginning."""

@@ -1,9 +1,8 @@
 // What ends a motion or sends it back: limits of coordinates and joints, events that stop, impacts.
 
 import { dot } from "../data/vectors.js";
-import { bisect } from "./dop853.js";
+import { bisect, findDip, LOOKS } from "./dop853.js";
 
-const LOOKS = 4; // within a step
 const SHORTEST_FLIGHT = 1e-9; // of the motion; impacts closer together are a lasting contact
 const TINY = 1e-300; // zero with a sign
 
@@ -42,14 +41,21 @@ export class Bounds {
     const [from, to] = path.times.slice(-2);
     const at = (t) => this.measure(t, path.follow(path.steps - 1, t, this.state));
     let low = from;
+    const looks = [[from, this.before]];
     for (let look = 1; look <= LOOKS; look++) {
       const high = look === LOOKS ? to : from + ((to - from) * look) / LOOKS;
       const now = at(high);
+      looks.push([high, now]);
       const passed = this.bounds.flatMap(({ direction }, k) => {
         const sign = Math.sign(this.before[k]);
-        if (now[k] * sign > 0 || sign * direction > 0 || !sign) return [];
-        const begun = this.leave((t) => sign * at(t)[k], low, high);
-        return [{ k, sign, t: bisect((t) => at(t)[k], begun, high) }];
+        if (sign * direction > 0 || !sign) return [];
+        const value = (t) => sign * at(t)[k];
+        if (now[k] * sign > 0) {
+          const three = looks.slice(-3).map(([t, values]) => [t, sign * values[k]]);
+          const turn = look > 1 ? findDip(value, ...three) : null;
+          return turn === null ? [] : [{ k, sign, t: bisect(value, three[0][0], turn) }];
+        }
+        return [{ k, sign, t: bisect(value, this.leave(value, low, high), high) }];
       });
       if (passed.length) return passed.reduce((a, b) => (b.t < a.t ? b : a));
       [this.before, low] = [now, high];

@@ -4,13 +4,10 @@
 // each element has left, and what the mode presupposes. Here these numbers are compared with zero.
 
 import { Bounds } from "./bounds.js";
-import { bisect } from "./dop853.js";
+import { bisect, findDip, LOOKS } from "./dop853.js";
 import { Loops } from "./loops.js";
 
 const [OPEN, STICKS, FORWARD, BACKWARD] = ["open", "sticks", "slips +", "slips -"];
-const CORNER_LOOKS = 4; // within a step
-const SHALLOW = 0.5; // of the least of three looks, how far down a parabola is looked at more closely
-const GOLDEN = (3 - Math.sqrt(5)) / 2;
 const MOST_AT_ONCE = 50; // switches that may follow each other at one instant
 const MOST_IN_TURN = 10_000;
 const NO_SPEED = 1e-300;
@@ -18,27 +15,6 @@ const NO_SPEED = 1e-300;
 const isHeld = (state) => state !== OPEN;
 const alongRow = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
 const withinRow = (a, b) => a.reduce((sum, x, i) => sum + Math.abs(x * b[i]), 0);
-
-// When a quantity that is positive at three times is least between them, if it is below zero there.
-function findDip(value, [t0, g0], [t1, g1], [t2, g2]) {
-  const least = Math.min(g0, g1, g2);
-  if (!(least > 0)) return null;
-  // the turn of a parabola through the three
-  const [first, second] = [(g1 - g0) / (t1 - t0), (g2 - g1) / (t2 - t1)];
-  const bend = (second - first) / (t2 - t0);
-  if (!(bend > 0)) return null;
-  const turn = (t0 + t1) / 2 - first / (2 * bend);
-  const lowest = g0 + (first + bend * (turn - t1)) * (turn - t0);
-  if (!(t0 < turn && turn < t2) || lowest > SHALLOW * least) return null;
-  let [low, high] = [t0, t2];
-  for (let k = 0; k < 40; k++) {
-    const [early, late] = [low + GOLDEN * (high - low), high - GOLDEN * (high - low)];
-    if (value(early) < value(late)) high = late;
-    else low = early;
-  }
-  const t = (low + high) / 2;
-  return value(t) < 0 ? t : null;
-}
 
 export class Corners {
   // Of a motion from a state, which is put after the impacts it begins with.
@@ -187,8 +163,8 @@ export class Corners {
     const at = (t) => this.margins(t, path.follow(path.steps - 1, t, this.state));
     let low = from;
     const looks = [[from, this.before]];
-    for (let look = 1; look <= CORNER_LOOKS; look++) {
-      const high = look === CORNER_LOOKS ? to : from + ((to - from) * look) / CORNER_LOOKS;
+    for (let look = 1; look <= LOOKS; look++) {
+      const high = look === LOOKS ? to : from + ((to - from) * look) / LOOKS;
       const now = at(high);
       looks.push([high, now]);
       const passed = now.flatMap((margin, j) => {

@@ -5,13 +5,16 @@ import { CONTROL, DENSE, ERRORS, NODES, STAGES } from "./tableau.js";
 
 const STEP = 12; // the stage whose state is the end of the step
 const { DAMPING, EXPONENT, SAFETY, SHRINKAGE, GROWTH, SHORTEST } = CONTROL;
-const { BEFORE, NEARLY, FIRST, UNKNOWN, BRIEF } = CONTROL;
+const { BEFORE, NEARLY, FIRST, UNKNOWN, BRIEF, SHALLOW } = CONTROL;
+export const LOOKS = CONTROL.LOOKS; // within a step
 // Of the longest of the last steps: what has stalled, what is a good step still, and how far one of
 // these is followed beyond its end at most.
 const LATELY = 60;
 const STALLED = 1e-5;
 const GOOD = 0.1;
 const LONGEST_HOP = 2;
+const GOLDEN = (3 - Math.sqrt(5)) / 2;
+const DIGITS = 1e-10; // of a quantity along a path
 
 // Weights with the stages they belong to, as arrays of numbers: a step sums many of them.
 const pack = (pairs) => ({
@@ -268,21 +271,55 @@ export function findEvents(path, g, direction = 1) {
   const y = new Float64Array(path.size);
   const value = (t) => g(t, path.at(t, y));
   const found = [];
+  const note = (from, to, sign) => {
+    if (sign * direction >= 0) found.push(bisect(value, from, to));
+  };
   let [before, low] = [path.first, value(path.first)];
+  let last = -Infinity;
   for (let k = 0; k < path.steps; k++) {
     const [from, to] = [path.times[k], path.times[k + 1]];
-    // within a step the function may turn back: four looks find what a single one would miss
-    for (let part = 1; part <= 4; part++) {
-      const t = part === 4 ? to : from + ((to - from) * part) / 4;
+    const looks = [[before, low]];
+    for (let part = 1; part <= LOOKS; part++) {
+      const t = part === LOOKS ? to : from + ((to - from) * part) / LOOKS;
       const high = value(t);
-      const rises = low < 0 && high >= 0;
-      const falls = low > 0 && high <= 0;
-      if ((rises && direction >= 0) || (falls && direction <= 0))
-        found.push(bisect(value, before, t));
+      looks.push([t, high]);
+      if (low < 0 && high >= 0) note(before, t, 1);
+      if (low > 0 && high <= 0) note(before, t, -1);
+      const sign = Math.sign(low);
+      const three = looks.slice(-3).map(([when, height]) => [when, sign * height]);
+      const turn = part > 1 ? findDip((when) => sign * value(when), ...three) : null;
+      // what turns between the middle two of four looks is seen twice
+      if (turn !== null && turn - last > (to - from) / 1000) {
+        note(three[0][0], turn, -sign);
+        note(turn, t, sign);
+        last = turn;
+      }
       [before, low] = [t, high];
     }
   }
   return found;
+}
+
+// When a quantity that is positive at three times is least between them, if it is below zero there by
+// more than rounding.
+export function findDip(value, [t0, g0], [t1, g1], [t2, g2]) {
+  const least = Math.min(g0, g1, g2);
+  if (!(least > 0)) return null;
+  // the turn of a parabola through the three
+  const [first, second] = [(g1 - g0) / (t1 - t0), (g2 - g1) / (t2 - t1)];
+  const bend = (second - first) / (t2 - t0);
+  if (!(bend > 0)) return null;
+  const turn = (t0 + t1) / 2 - first / (2 * bend);
+  const lowest = g0 + (first + bend * (turn - t1)) * (turn - t0);
+  if (!(t0 < turn && turn < t2) || lowest > SHALLOW * least) return null;
+  let [low, high] = [t0, t2];
+  for (let k = 0; k < 40; k++) {
+    const [early, late] = [low + GOLDEN * (high - low), high - GOLDEN * (high - low)];
+    if (value(early) < value(late)) high = late;
+    else low = early;
+  }
+  const t = (low + high) / 2;
+  return value(t) < -DIGITS * Math.max(g0, g1, g2) ? t : null;
 }
 
 export function bisect(value, a, b) {

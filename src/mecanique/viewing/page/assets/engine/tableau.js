@@ -14,6 +14,8 @@ export const CONTROL = {
   FIRST: 0.01,
   UNKNOWN: 1e-10,
   BRIEF: 1e-6,
+  LOOKS: 4,
+  SHALLOW: 0.5,
 };
 
 // Where in a step the stages lie; the last three serve the dense output alone.
