@@ -35,6 +35,8 @@ def test_a_folder_of_the_menagerie_has_one_robot_beside_its_scenes(tmp_path: Pat
     assert mq.read(folder).nv == 1
     run = CliRunner().invoke(app, ["verify", str(folder), "--samples", "3"])
     assert run.exit_code == 0, run.output
+    deeper = folder / "assets" / "link.xml"
+    assert f"Reading {robot}; name {deeper}, deeper in the folder, to read them" in run.output
     write(folder / "model.sdf")
     assert locate(folder) == folder / "model.sdf"
 

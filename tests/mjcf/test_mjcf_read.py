@@ -142,8 +142,8 @@ def test_what_is_left_out_is_told() -> None:
         '<equality><connect active="false" body1="a" anchor="0 0 0"/></equality>',
     )
     assert read_mjcf(text).about == (
-        "Read from MJCF, without 1 actuators, 1 cameras and lights, 1 contacts of geoms, "
-        "1 inactive constraints, 2 sensors, dry friction of a_joint."
+        "Read from MJCF, without actuators (1), cameras and lights (1), contacts of geoms (1), "
+        "inactive constraints (1), sensors (2), dry friction of a_joint."
     )
 
 
@@ -345,7 +345,7 @@ def test_what_is_attached_says_where_it_is_wrong(tmp_path: Path) -> None:
     alone = attach('<attach model="limb" body="b" prefix="x_"/>')
     assert [loop.name for loop in alone.loops] == ["x_e2"]
     assert alone.gravity == (0.0, 0.0, -9.81)
-    assert "1 options of attached models" in alone.about
+    assert "options of attached models (1)" in alone.about
     cases = {
         '<attach model="limb"/>': "<attach> has no prefix",
         '<attach model="leg" prefix=""/>': "the models among the assets, 'limb'; got 'leg'",

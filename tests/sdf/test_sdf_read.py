@@ -80,6 +80,58 @@ def test_a_second_joint_closes_a_loop_where_the_file_shows_it(kind: str, loop: s
         assert np.abs(poses[0][:3, 2] - poses[1][:3, 2]).max() < 1e-14
 
 
+@pytest.mark.parametrize("kind", ["revolute", "prismatic", "ball"])
+def test_a_joint_with_a_spring_or_damper_may_close_a_loop(kind: str) -> None:
+    bars = "".join(
+        link(name, f"<pose>{at} 0 0 0</pose>")
+        for name, at in (("a", "0 0 0"), ("b", "0 0 1"), ("c", "1.2 0 1"))
+    )
+    stated = "<damping>2</damping>"
+    stated += "" if kind == "ball" else "<spring_stiffness>30</spring_stiffness>"
+    axis = "<axis><xyz>0 1 0</xyz></axis>"
+    along = dynamics(stated).replace("0 1 0", "1 0 0" if kind == "prismatic" else "0 1 0")
+    loaded = joint("s", "b", "c", along).replace("revolute", kind)
+    plain = joint("u", "world", "c", axis, "<pose>-0.2 0 -1 0 0 0</pose>")
+    chain = bars + joint("p", "world", "a", axis) + joint("r", "a", "b", axis)
+    answers = []
+    for text in (chain + loaded + plain, chain + plain + loaded):
+        mechanism = read_sdf(model(text))
+        assert mq.degrees_of_freedom(mechanism).N == 1
+        engine, home = mq.Reference(mechanism), mechanism.neutral()
+        *_, free = np.linalg.svd(engine.constraint_jacobian(home))
+        first = mechanism.velocities.index("p'")
+        v = free[-1] / free[-1][first]
+        answers.append(engine.acceleration(home, v)[first])
+    assert answers[0] == pytest.approx(answers[1], rel=1e-11)
+    still = read_sdf(model(chain + plain + loaded.replace(stated, "")))
+    assert len(still.loops) == 1
+    assert mq.verify(mechanism, samples=3).agrees
+
+
+@pytest.mark.parametrize("also", ["", "<name>arm</name><sdf>arm.sdf</sdf>"])
+def test_a_model_whose_file_is_not_there_is_told_with_the_file(tmp_path: Path, also: str) -> None:
+    (tmp_path / "arm").mkdir()
+    if also:
+        (tmp_path / "arm" / "model.config").write_text(f"<model>{also}</model>", "utf-8")
+    main = tmp_path / "main" / "m.sdf"
+    main.parent.mkdir()
+    main.write_text(model("<include><uri>model://arm</uri></include>"), "utf-8")
+    missing = tmp_path / "arm" / ("arm.sdf" if also else "model.sdf")
+    said = f"m.sdf:1: the model 'model://arm' would be {missing}: there is no such file; put it"
+    with pytest.raises(mq.InputError, match=re.escape(said)):
+        read_sdf(main)
+
+
+def test_a_joint_may_be_called_as_time_is() -> None:
+    loaded = dynamics("<damping>2</damping><spring_stiffness>3</spring_stiffness>")
+    text = model(TWO + joint("{}", "a", "b", loaded))
+    plain, named = (read_sdf(text.format(name)) for name in ("r", "t"))
+    assert named.coordinates.names == ("q", "t_2")
+    q, v = [0.4, -0.7], [1.3, 0.6]
+    accelerations = [mq.Reference(each).acceleration(q, v) for each in (plain, named)]
+    assert accelerations[0].tolist() == accelerations[1].tolist()
+
+
 def test_a_mimic_follows_from_its_reference() -> None:
     axis = (
         '<axis><xyz>0 1 0</xyz><mimic joint="q"><multiplier>3</multiplier><offset>0.5</offset>'
@@ -229,7 +281,7 @@ def test_axes_are_the_models_only_where_their_version_can_say_so(tmp_path: Path)
 
     new, old = read_sdf(model(turned, "1.7")), read_sdf(model(turned, "1.6"))
     assert axes(new) == axes(read_sdf(model(plain, "1.7"))) != axes(old)
-    assert "1 choices of the model's axes, which SDF 1.7 has no more" in new.about
+    assert "choices of the model's axes, which SDF 1.7 has no more (1)" in new.about
     # a model that is included has a version of its own, and no other
     (tmp_path / "new.sdf").write_text(model(turned, "1.7"), "utf-8")
     main = tmp_path / "main.sdf"
@@ -253,7 +305,7 @@ def test_lint_says_what_is_wrong_with_it(tmp_path: Path) -> None:
     sound, broken = PLAIN, model(f'<link name="a">{inertial}</link>' + ROOT)
     for text, code, said in (
         (sound, 0, "all of it is read, and no body is impossible"),
-        (sound.replace("</model>", '<plugin name="p"/></model>'), 0, "without 1 plugins"),
+        (sound.replace("</model>", '<plugin name="p"/></model>'), 0, "without plugins (1)"),
         (broken, 1, "Body 'a': its principal moments break the triangle inequality"),
         (model("\n<cat/>"), 2, "robot.sdf:2: <cat> in <model> is not read"),
     ):
@@ -269,8 +321,10 @@ def test_commands_take_it_and_say_what_is_left_out(tmp_path: Path) -> None:
     file = tmp_path / "robot.sdf"
     extra = '<plugin name="p" filename="f"/><sensor name="s" type="imu"/>'
     file.write_text(PLAIN.replace("</model>", f"{extra}</model>"), encoding="utf-8")
-    assert mq.read(file).about == "Read from SDF, without 1 plugins, 1 sensors."
-    assert CliRunner().invoke(app, ["verify", str(file), "--samples", "5"]).exit_code == 0
+    assert mq.read(file).about == "Read from SDF, without plugins (1), sensors (1)."
+    result = CliRunner().invoke(app, ["verify", str(file), "--samples", "5"])
+    assert result.exit_code == 0
+    assert result.output.rstrip().endswith("without plugins (1), sensors (1).")
     with pytest.raises(mq.InputError, match="root can be given for URDF and xacro alone, not SDF"):
         mq.read(file, root="floating")
 

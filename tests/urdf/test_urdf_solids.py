@@ -210,6 +210,14 @@ def test_shapes_of_the_other_kind_are_named(tmp_path: Path) -> None:
     assert str(mq.compare_inertias(file, collisions=True)) == "no link has a mass or a closed shape"
 
 
+def test_a_mesh_that_is_not_there_is_named(tmp_path: Path) -> None:
+    file = robot(tmp_path, '<mesh filename="package://gone/arm.stl"/>')
+    assert str(mq.compare_inertias(file)) == (
+        "no closed shape: arm\nthe mesh package://gone/arm.stl is not found; name the folder of "
+        "its package (--package-path DIR)"
+    )
+
+
 def test_meshes_are_linted_when_asked(tmp_path: Path) -> None:
     file = robot(tmp_path, mesh(tmp_path), mass=2000.0, at="0.9 0.2 0.3")
     assert {"M213", "M214"}.isdisjoint(finding.code for finding in mq.lint(file))

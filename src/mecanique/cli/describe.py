@@ -171,6 +171,7 @@ def convert(chosen: Chosen, output: Path) -> None:
     conversion = mq.convert(chosen.mechanism, form)
     write_text(output, conversion.text)
     say(str(conversion))
+    chosen.tell_omissions()
     inform(f"Wrote {output}")
     if not conversion.proved:
         raise Exit(1)
@@ -205,9 +206,13 @@ def inertia(
     The shapes count as homogeneous. Primitives are computed in closed form, meshes (STL, OBJ,
     COLLADA) by their triangles; a mesh with holes is replaced by its convex hull.
     """
+    from mecanique.formats.read import name_format
+
     path = find_file(file, reading)
     if path.suffix == ".xacro":
         raise mq.InputError("expected a URDF file: expand the xacro file first")
+    if (form := name_format(path)) != "URDF":
+        raise mq.InputError(f"expected URDF, got {form}: convert it first (mecanique convert)")
     comparison = mq.compare_inertias(
         path, density=density, collisions=collisions, package_path=reading.package_path or None
     )

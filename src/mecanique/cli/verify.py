@@ -119,6 +119,7 @@ def verify(
     else:
         worst = verdict.worst_states if states else ()
         say("\n".join([str(verdict), *worst, *map(str, facts)]))
+        chosen.tell_omissions()
     if not verdict.agrees or any(fact.fails for fact in facts):
         raise Exit(1)
 

@@ -14,7 +14,7 @@ from click.exceptions import Exit
 
 import mecanique as mq
 from mecanique.cli.options import FileOptions, reads_files
-from mecanique.cli.printing import complain, progress
+from mecanique.cli.printing import complain, inform, progress
 
 if TYPE_CHECKING:
     from mecanique.motion.motion import Motion
@@ -40,6 +40,11 @@ class Chosen:
     velocity: dict[str, float] = field(default_factory=dict)
     duration: float = 10.0  # of the motion [s]
     given: Sequence[str] = ()  # symbols of the parameters after -p
+
+    def tell_omissions(self) -> None:
+        """Say what the reader of a file has left out, which is in no verdict."""
+        if self.mechanism.origin is not None and self.mechanism.about:
+            inform(self.mechanism.about)
 
 
 def choose(
@@ -85,11 +90,14 @@ def choose(
 
 def find_file(system: str, reading: FileOptions = _PLAINLY) -> Path:
     """Return the file of a description that a word names."""
-    from mecanique.formats.locate import locate
+    from mecanique.formats.locate import list_deeper, locate
     from mecanique.formats.scope import SCOPES
 
     path, robots = locate(system, reading.package_path or None), mq.robots()
     if path is not None:
+        if deeper := list_deeper(system, path):
+            more = f" and {len(deeper) - 1} more" if len(deeper) > 1 else ""
+            inform(f"Reading {path}; name {deeper[0]}{more}, deeper in the folder, to read them")
         return path
     suffixes = (".xacro", *(suffix for scope in SCOPES.values() for suffix in scope.suffixes))
     looks_like_path = system.endswith(suffixes) or (

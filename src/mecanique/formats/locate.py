@@ -68,11 +68,7 @@ def _choose(folder: Path, said: str) -> Path:
 
     Refusals name it as it was said, which an archive's folder is not.
     """
-    files = sorted(
-        (path for path in folder.rglob("*") if path.suffix in _SUFFIXES and path.is_file()),
-        key=lambda path: (len(path.parts), path),
-    )
-    files = [path for path in files if not path.name.startswith(_ASIDE)] or files
+    files = _list_descriptions(folder)
     if not files:
         raise InputError(f"{said}: expected a description in URDF, xacro, MJCF or SDF, found none")
     near = [path for path in files if len(path.parts) == len(files[0].parts)]
@@ -88,6 +84,21 @@ def _choose(folder: Path, said: str) -> Path:
         more = f" and {len(near) - 10} more" if len(near) > 10 else ""
         raise InputError(f"{said}: expected one of its descriptions, {names}{more}; name one")
     return near[0]
+
+
+def _list_descriptions(folder: Path) -> list[Path]:
+    """Return what may be a robot in a folder, the nearest to its top first."""
+    files = sorted(
+        (path for path in folder.rglob("*") if path.suffix in _SUFFIXES and path.is_file()),
+        key=lambda path: (len(path.parts), path),
+    )
+    return [path for path in files if not path.name.startswith(_ASIDE)] or files
+
+
+def list_deeper(word: str | os.PathLike[str], chosen: Path) -> list[Path]:
+    """Return the descriptions deeper in the folder that a word names than the one chosen of it."""
+    files = _list_descriptions(Path(word)) if Path(word).is_dir() else []
+    return [path for path in files if len(path.parts) > len(chosen.parts)]
 
 
 def _unpack(archive: Path) -> Path:

@@ -1339,7 +1339,7 @@ class _Reader(Source):
                     PotentialField(f"{link.name}_armature", link.name, (0.0,) * 3, weightless)
                 )
         if self._drives_lift and any(link.lift for link in self._links):
-            self.omitted["bound of actuators on the compensation of gravity"] += 1
+            self.omitted["bounds of actuators on the compensation of gravity"] += 1
         name = root.attributes.get("model", self.file.stem if self.file else "MuJoCo model")
         return self.assemble(name, bodies, loops, follows)
 

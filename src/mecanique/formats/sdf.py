@@ -466,6 +466,7 @@ class _Reader(Source):
             raise self.refuse(element, f"{message}; fetch it, and name its folder by model://…")
         rest = rest if separator else uri
         candidates: list[Path] = []
+        missing: Path | None = None
         named = separator and scheme != "file"
         if not named and self.file is not None and not Path(rest).is_absolute():
             near = Path(element.file).parent if element.file else self.file.parent
@@ -473,7 +474,8 @@ class _Reader(Source):
         if scheme != "file":  # Gazebo seeks bare names among its models, too
             package, _, inside = rest.strip("/").partition("/")
             folder = self._search.package(package)
-            candidates += [] if folder is None else [folder / inside]
+            missing = None if folder is None else folder / inside
+            candidates += [] if missing is None else [missing]
         if any(part == ".." for part in Path(rest).parts):
             raise self.refuse(element, f"expected a model below this file, got {uri[:60]!r}")
         for candidate in candidates:
@@ -485,6 +487,10 @@ class _Reader(Source):
                 existing = [file for file in files if file.is_file()]
                 if existing:
                     return existing[0]
+                missing = files[0]
+        if missing is not None:
+            message = f"the model {uri[:60]!r} would be {missing}: there is no such file"
+            raise self.refuse(element, f"{message}; put it there, or mend the name")
         message = f"the model {uri[:60]!r} is not found in {self._search.searched}"
         raise self.refuse(element, f"{message}; name the folder that holds it (--package-path DIR)")
 
@@ -782,12 +788,17 @@ class _Reader(Source):
         a, b = ends
         at_a, at_b = (tuple(end[:3, 3].tolist()) for end in ends)
         names = joint.parent.name, joint.child.name
-        kind = element.attributes.get("type", "")
-        if element.child("axis") is not None and kind != "fixed":
-            dynamics = element.child("axis").child("dynamics")  # type: ignore[union-attr]
-            for tag in ("damping", "spring_stiffness"):
-                if self._number_in(dynamics, tag, 0.0):
-                    raise self.refuse(element, f"{tag} of a joint that closes a loop is not read")
+        kind, axis = element.attributes.get("type", ""), element.child("axis")
+        dynamics = None if axis is None else axis.child("dynamics")
+        loads = (self._number_in(dynamics, tag, 0.0) for tag in ("damping", "spring_stiffness"))
+        if kind != "fixed" and (any(loads) or kind in ("prismatic", "screw", "universal")):
+            # the joint moves a body without mass, welded to the child, so that it has coordinates
+            end = replace(joint.child, name=f"{joint.name}_end", mass=no_mass(), visuals=[])
+            self._joint(replace(joint, child=end))
+            self._links.append(end)
+            loop = Loop.weld(f"{joint.name}_weld", end.name, Placement(), names[1], placement_at(b))
+            self._loops.append(loop)
+            return
         match kind:
             case "fixed":
                 frames = placement_at(a), placement_at(b)
@@ -795,8 +806,8 @@ class _Reader(Source):
             case "ball":
                 self._loops.append(Loop.ball(joint.name, names[0], at_a, names[1], at_b))
             case "revolute" | "continuous":
-                axis = self._direction(joint, element.child("axis"))
-                axes = [(end[:3, :3] @ axis).tolist() for end in ends]
+                along = self._direction(joint, axis)
+                axes = [(end[:3, :3] @ along).tolist() for end in ends]
                 loop = Loop.hinge(joint.name, names[0], at_a, names[1], at_b, axes[0], axes[1])
                 self._loops.append(loop)
             case _:

@@ -39,11 +39,14 @@ from mecanique.urdf.findings import Report
 from mecanique.urdf.markup import Element
 from mecanique.urdf.names import Names
 from mecanique.urdf.parse import MOST_BYTES, parse
+from mecanique.urdf.reading.expressions import rename
 
 GROUND = "world"
 MOST_FILES = 100
 MOST_ELEMENTS = 100_000
 MOST_FOLLOWED = 300
+_TIME = "t"
+"""The letter of time, which no coordinate has."""
 
 
 @final
@@ -243,13 +246,19 @@ class Source:
     ) -> Mechanism:
         """Return the mechanism of what was read."""
         x, y, z = self.gravity.tolist()
+        joints, letters = self.joints, dict[str, str]()
+        if any(_TIME in joint.coordinates for joint in joints):
+            free = Names(name for joint in joints for name in joint.coordinates).free(_TIME)
+            letters = {_TIME: free, f"{_TIME}'": f"{free}'"}
+            joints = [j.renamed((free,)) if _TIME in j.coordinates else j for j in joints]
+        laws = ((letters.get(k, k), rename(law, letters)) for k, law in follows.items())
         return Mechanism(
             name,
             tuple(bodies),
-            tuple(self.joints),
-            forces=tuple(self.forces),
+            tuple(joints),
+            forces=tuple(_in_letters(force, letters) for force in self.forces),
             loops=tuple(loops),
-            coordinates=Coordinates((), tuple(follows.items())),
+            coordinates=Coordinates((), tuple(laws)),
             gravity=(x, y, z),
             ground=GROUND,
             about=self.describe(bodies, *about),
@@ -257,7 +266,7 @@ class Source:
 
     def describe(self, bodies: Sequence[Body], *more: str) -> str:
         """Say what was left out, how much of it, and what else is to be known."""
-        omitted = [f"{count} {what}" for what, count in sorted(self.omitted.items())]
+        omitted = [f"{what} ({count})" for what, count in sorted(self.omitted.items())]
         if self.rubbing:
             omitted.append(f"dry friction of {', '.join(self.rubbing)}")
         said = [f"Read from {self._format}, without {', '.join(omitted)}."] if omitted else []
@@ -266,6 +275,22 @@ class Source:
             fault = inertia_fault(body.mass, body.inertia) if body.as_given else None
             said += [f"Body {body.name!r}: {fault}; engines refuse or replace it."] if fault else []
         return " ".join(said)
+
+
+def _in_letters(force: AnyForce, letters: Mapping[str, str]) -> AnyForce:
+    """Return a force with other letters for some in its expressions."""
+    match force:
+        case Potential():
+            return replace(force, potential=rename(force.potential, letters))
+        case JointForce():
+            return replace(force, force=rename(force.force, letters))
+        case Force():
+            x, y, z = (rename(part, letters) for part in force.force)
+            return replace(force, force=(x, y, z))
+        case Torque():
+            x, y, z = (rename(part, letters) for part in force.torque)
+            return replace(force, torque=(x, y, z))
+    return force
 
 
 def placement_at(pose: Array) -> Placement:

@@ -324,6 +324,12 @@ def compare_inertias(
         if collisions:
             taken, others = others, taken
         solid = solid_of(taken, meshes=True, faults=faults)
+        meshes = (shape.geometry for shape in taken if isinstance(shape.geometry, Mesh))
+        faults += [
+            f"the mesh {mesh.uri} is not found; name the folder of its package (--package-path DIR)"
+            for mesh in meshes
+            if mesh.path is None
+        ]
         if solid is not None:
             known.append(_compare(link, solid, density))
         elif link.mass:

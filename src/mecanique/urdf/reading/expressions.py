@@ -31,7 +31,7 @@ def rename(
 ) -> Scalar:
     """Return a scalar with other letters for some, after some have got their values."""
     scalar = plain(scalar)
-    if isinstance(scalar, float):
+    if isinstance(scalar, float) or not (letters or values):
         return scalar
     numbers = {coordinate(name): value for name, value in (values or {}).items()}
     others = {coordinate(old): coordinate(new) for old, new in letters.items()}
