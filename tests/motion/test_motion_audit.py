@@ -111,6 +111,14 @@ def tied(amplitude: float) -> mq.Mechanism:
     )
 
 
+def test_rounding_of_a_weights_work_breaks_no_balance() -> None:
+    """Swings of 1e-6 rad change m g l = 10 J by 5e-12 J, of which rounding leaves three digits."""
+    small = mq.simulate(mq.textbook.load("simple_pendulum"), q=[1e-6], duration=2.0, rtol=1e-12)
+    energy = small.audit()["energy"]
+    assert energy.ok
+    assert energy.relative > 1e-8
+
+
 def test_the_work_of_a_rod_from_a_driven_cart_is_in_the_balance() -> None:
     motion = mq.simulate(tied(0.3), q={"x": 1.0}, duration=1.0, fps=400)
     force = motion.reactions("rod").force[:, 0]
