@@ -72,6 +72,11 @@ ANSWERED = (
         *("right", ""),
     ),
     ("double_pendulum", "equilibrium", "(0, 0) and (π, π)", "incomplete", "q1 = π, q2 = 0 is"),
+    ("double_pendulum", "equilibrium", "q1, q2 = 0, 0 or 0, π or π, 0 or π, π", "right", ""),
+    (
+        *("double_pendulum", "equilibrium", "q1 = q2 = 0; q1, q2 = 0, π; q1 = π, q2 = 0; q1=q2=π"),
+        *("right", ""),
+    ),
     ("two_blocks", "state space", BLOCKS, "right", ""),
     (
         *("two_blocks", "state space", f"v1 = q1'; v2 = q2'; {BLOCKS}; q1' = v1; q2' = v2"),

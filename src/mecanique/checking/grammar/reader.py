@@ -331,6 +331,8 @@ _TUPLE = re.compile(r"\(((?:[^()]|\([^()]*\))*)\)")
 _VALUES = re.compile(
     r"(?:[\s\d.,;+−±°π*/()^-]|\\?pi(?![a-z])|deg(?:rees?)?|\\circ|and|or|und|oder|\\pm)+"
 )
+_OR = re.compile(r"\b(?:and|or|und|oder)\b")
+_LISTED = re.compile(r"([^=;()\n]+)=([^=;()\n]+)")
 _SET = re.compile(r"\s*\$?(\S+?)\s*(?:=|∈|\\?in\b)\s*\\?\{([^{}]*?)\\?\}\s*\$?\s*")
 
 
@@ -341,26 +343,40 @@ def write_positions_out(text: str, names: Sequence[str]) -> str:
         if listed and key_of(listed[1].strip("\\")) == key_of(names[0]):
             return f"{names[0]} = {listed[2]}"
         return f"{names[0]} = {text}" if _VALUES.fullmatch(text) else text
-    plain = re.sub(r"\\(?:left|right)(?![A-Za-z])", "", text)
     keys = [*map(key_of, names)]
-    positions = [
-        inner.split(",")
-        for inner in _TUPLE.findall(plain)
-        # (q1, q2) = … names the coordinates
-        if [*map(key_of, re.sub(r"[\\{}\s]", "", inner).split(","))] != keys
-    ]
+
+    def names_all(listed: str) -> bool:
+        return [*map(key_of, re.sub(r"[\\{}\s]", "", listed).split(","))] == keys
+
+    def write_out(positions: Sequence[Sequence[str]]) -> str:
+        pairs = zip(cycle(names), chain(*positions), strict=False)
+        return "\n".join(f"{name} = {value.strip()}" for name, value in pairs)
+
+    def write_line_out(match: re.Match[str]) -> str:
+        # q1, q2 = 0, π without brackets
+        positions = [values.split(",") for values in _OR.split(match[2])]
+        if names_all(match[1]) and all(len(values) == len(names) for values in positions):
+            return f"\n{write_out(positions)}\n"
+        return match[0]
+
+    text = _LISTED.sub(write_line_out, text)
+    plain = re.sub(r"\\(?:left|right)(?![A-Za-z])", "", text)
+    # (q1, q2) = … names the coordinates
+    positions = [inner.split(",") for inner in _TUPLE.findall(plain) if not names_all(inner)]
     whole = all(len(values) == len(names) for values in positions)
     if not (whole and _BETWEEN.fullmatch(_TUPLE.sub("", plain))):
         return text
-    pairs = zip(cycle(names), chain(*positions), strict=False)
-    lines = [f"{name} = {value.strip()}" for name, value in pairs]
-    return "\n".join(lines) or text
+    return write_out(positions) or text
 
 
 def name_values(statements: Sequence[Statement]) -> list[Statement]:
-    """Return statements in which q = 0, π is q = 0 and q = π."""
+    """Return statements in which q = 0, π is q = 0 and q = π, and q1 = q2 = 0 is q1 = 0, q2 = 0."""
     named: list[Statement] = []
     for statement in statements:
+        *alike, value = statement.sides
+        if len(alike) > 1 and all(side.kind == "letter" for side in alike):
+            named += [replace(statement, sides=(side, value)) for side in alike]
+            continue
         first = named[-1].sides[0] if named and named[-1].is_equation else None
         if first is not None and first.kind == "letter" and not statement.is_equation:
             statement = replace(statement, sides=(first, *statement.sides))
