@@ -169,9 +169,12 @@ def test_letters_of_displacements_are_not_mixed_up_with_coordinates() -> None:
     """Of Kepler's r and φ the displacements are δr and δφ without an index."""
     orbit = _derived("kepler_orbit", "virtual_work").text(steps=True)
     said = " ".join(orbit.split())
-    assert "displacement δr (with an index) of its point: δW is the sum" in said
+    assert "displacement δr (its index tells it from that of r) of its point: δW" in said
     top = " ".join(_derived("heavy_top", "virtual_work").text(steps=True).split())
-    assert "each couple C in the virtual rotation δφ (with an index) of the body: δW" in top
+    assert (
+        "each couple C in the virtual rotation δφ (its index tells it from that of phi) of the"
+        in top
+    )
     rods = " ".join(_derived("double_pendulum", "virtual_work").text(steps=True).split())
     assert "of its point, each couple C in the virtual rotation δφ of the body: δW" in rods
 

@@ -177,6 +177,10 @@ _FORCE = _Letters("F", "δr", "δW")
 _COUPLE = _Letters("C", "δφ", "δW_couple")
 
 
+_LONGEST_WORK = 6
+"""Most terms of a work that is written out; longer ones are told by the components' names."""
+
+
 @final
 class Displacements:
     """The virtual displacements δq of a mechanism, at fixed time."""
@@ -315,12 +319,25 @@ class Ledger:
             works.append(tidy(dot(act, move)))
             if not works[-1]:
                 continue
+            products = []
             for label, size, shift in zip(labels, act, move, strict=True):
-                if size and shift and not known:
-                    lines.append(Result(Left(join_words(letters.act, name, label)), size))
-                if size and shift:
-                    lines.append(Result(Left(join_words(letters.move, name, label)), shift))
-            lines.append(Result(Left(f"{letters.work}_{name}"), works[-1]))
+                if not (size and shift):
+                    continue
+                acts, moves = (join_words(letter, name, label) for letter in letters[:2])
+                if not known:
+                    lines.append(Result(Left(acts), size))
+                lines.append(Result(Left(moves), shift))
+                products.append((acts, moves))
+            work = works[-1]
+            if len(work) > _LONGEST_WORK and len(products) > 1:
+                work = self._ring.sum(
+                    [
+                        self._ring.unknown(acts, Kind.REACTION)
+                        * self._ring.unknown(moves, Kind.VARIATION)
+                        for acts, moves in products
+                    ]
+                )
+            lines.append(Result(Left(f"{letters.work}_{name}"), work))
         return self._ring.sum(works)
 
 
@@ -474,9 +491,12 @@ class VirtualWork:
 
     def _explain_work(self, *, turns: bool) -> str:
         """Say what the work of a force is, and where bodies turn that of a couple."""
-        taken = {name.replace("phi", "φ") for name in self._displacements.names}
-        index = " (with an index)"
-        move, turn = (f" {x}{index if x in taken else ''}" for x in ("δr", "δφ"))
+        move, turn = (
+            f" {letter} (its index tells it from that of {name})"
+            if f"δ{name}" in self._displacements.names
+            else f" {letter}"
+            for letter, name in (("δr", "r"), ("δφ", "phi"))
+        )
         couple = f", each couple C in the virtual rotation{turn} of the body" if turns else ""
         return (
             f"Each force F does work in the virtual displacement{move} of its point{couple}: δW is "
