@@ -16,15 +16,18 @@ from mecanique.derivation.mechanics.switching import (
     FORWARD,
     SLIPS,
     STICKS,
+    THEN,
     ElementRows,
     ModeProblem,
     Terms,
     accelerate,
     bounce,
     close_contacts,
+    find_inside,
     hold,
     joint_terms,
     list_elements,
+    list_holding_margins,
     list_present_margins,
     name_mode,
     solve_held,
@@ -163,6 +166,120 @@ def test_an_impact_turns_the_rate_of_the_gap_around(restitution: float) -> None:
     change, impulses = bounce(terms, elements, ("floor", STICKS), solve_state)
     np.testing.assert_allclose(change, [-6.0, 0, 2.0 * (1 + restitution)], rtol=1e-14, atol=0)
     np.testing.assert_allclose(impulses, [P, -12.0, 0], rtol=1e-14, atol=0)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_an_impact_by_poisson_gives_a_part_of_the_impulse_back(restitution: float) -> None:
+    """What sticks while it is pressed may slip while it parts, by μ of the impulse given back."""
+    bouncing = mq.Contact("floor", "puck", mu=MU, law="poisson")
+    elements = (ElementRows(bouncing, 0, (1,), pressing=0, restitution=restitution),)
+
+    def solve_state(terms: Terms, state: str, problem: ModeProblem) -> Any:
+        return answer(terms, elements, name_mode(elements, {"floor": state}), problem)
+
+    terms, pressed = puck((6.0, 0, -2.0)), 2.0 * MASS
+    back, friction = restitution * pressed, MU * restitution * pressed
+    for state, along in (
+        (STICKS, -6.0 * MASS),
+        (f"{STICKS}{THEN}{BACKWARD}", -6.0 * MASS + friction),
+        (f"{FORWARD}{THEN}{STICKS}", -6.0 * MASS),
+        (FORWARD, -MU * pressed - friction),
+    ):
+        assert state in elements[0].impacts
+        change, impulses = bounce(terms, elements, ("floor", state), solve_state)
+        np.testing.assert_allclose(impulses, [pressed + back, along, 0], rtol=1e-14, atol=1e-14)
+        expected = [along / MASS, 0, (pressed + back) / MASS]
+        np.testing.assert_allclose(change, expected, rtol=1e-14, atol=1e-14)
+    assert len(elements[0].impacts) == 9
+
+
+@pytest.mark.parametrize("foot", [0.0, 0.6, -0.6, 2.0])
+def test_a_side_with_ends_carries_between_them(foot: float) -> None:
+    """Near an end what is left is the distance from it; beyond, a contact is open."""
+    elements, half = floor(1, length=3.0), 1.5
+    assert find_inside(floor(1), {}) == [1.0]
+    (left,) = find_inside(elements, {"floor": foot})
+    inside = (half + foot) * (half - foot) / (2 * half)
+    assert left == pytest.approx(inside, rel=1e-14)
+    for gap in (-1.0, 0.1, 1.0):
+        terms = puck((3.0, 0, 0), gap)._replace(inside=np.array([left]))
+        margins = list_present_margins(terms, elements, name_mode(elements, {}), None, abs)
+        assert margins == [(pytest.approx(max(gap, -inside), rel=1e-13), 1.0)]
+    mode, weight = name_mode(elements, {"floor": FORWARD}), np.abs(LOAD).sum()
+    for press in (0.1, 50.0):
+        forces = np.array([press, 0, 0])
+        margins = list_present_margins(terms, elements, mode, forces, abs)
+        assert margins == [(pytest.approx(min(press, weight / 3 * inside), rel=1e-13), 3.0)]
+
+
+def test_a_coordinate_that_sticks_does_not_creep_by_the_rounding_of_forces() -> None:
+    """A row of one coordinate is kept exactly; in others the forces decide."""
+    elements = floor(1)
+    terms = puck((0, 0, 0))._replace(jacobian=np.array([[0.6, 0, 0.8], [0, 4.0, 0], [1, 1, 0]]))
+    mode, off = name_mode(elements, {"floor": STICKS}), np.array([1e-3, 2e-3])
+    problem = accelerate(terms, elements)
+    held = hold(terms, elements, mode, problem)
+    solution = solve_held(
+        terms, held, problem, lambda columns: columns / MASS, lambda J, y, free, wanted: off
+    )
+    assert solution is not None
+    a, forces = solution
+    assert forces.tolist() == [1e-3, 2e-3, 0.0]
+    x, _, z = (LOAD + off @ terms.jacobian[:2]) / MASS
+    assert a.tolist() == pytest.approx([x, 0.2 / 4.0, z], rel=1e-14)
+
+
+def test_what_is_held_at_many_states_is_what_is_held_at_each() -> None:
+    random, elements = np.random.default_rng(4), floor(1, 2)
+    terms = [
+        puck((1, 2, 0))._replace(jacobian=random.normal(size=(3, 3)), kinetic=random.random(1))
+        for _ in range(4)
+    ]
+    together = Terms(*map(np.stack, zip(*terms, strict=True)))
+    for state in elements[0].states:
+        mode = name_mode(elements, {"floor": state}, (0.6, -0.8))
+        held = hold(together, elements, mode, accelerate(together, elements))
+        for k, single in enumerate(terms):
+            alone = hold(single, elements, mode, accelerate(single, elements))
+            assert alone.rows == held.rows
+            for ours, theirs in zip(alone[1:], held[1:], strict=True):
+                np.testing.assert_allclose(ours, theirs[k], rtol=1e-14, atol=0)
+
+
+def test_a_contact_rubs_along_the_rows_in_which_something_moves() -> None:
+    bodies = mq.Body("ground"), mq.Body("puck", mq.particle(1.0))
+    joints = (mq.Floating("free", "ground", "puck"),)
+    rows = ["other", *(f"floor: {row}" for row in ("normal", "x", "y"))]
+    smooth = mq.Contact("floor", "puck", restitution=0.25, length=2.0)
+    for contact, idle, expected in (
+        (FLOOR, (), (1, 2, 3)),
+        (FLOOR, (3,), (1, 2)),
+        (FLOOR, (2, 3), (1,)),
+        (smooth, (), (1,)),
+    ):
+        mechanism = mq.Mechanism("puck", bodies, joints, switching=(contact,))
+        (element,) = list_elements(mechanism, rows, mechanism.evaluate, idle)
+        assert (element.rows, element.pressing) == (expected, 1)
+    assert (element.restitution, element.length, element.states) == (0.25, 2.0, ("open", "closed"))
+
+
+def test_what_rolls_and_cords_hold_as_long_as_they_press() -> None:
+    """A wheel with friction may slip or lift off, one without only lift off, a cord go slack."""
+    bodies = mq.Body("ground"), *(mq.Body(name, mq.particle(1.0)) for name in "ab")
+    joints = tuple(mq.Floating(f"free_{name}", "ground", name) for name in "ab")
+    mu = mq.Parameter("mu", 0.3)
+    wheels = tuple(
+        mq.Rolling(name, body, 0.1, axis=(0, 1, 0), friction=friction)
+        for name, body, friction in (("rough", "a", mu), ("ideal", "b", None))
+    )
+    pair = mq.Mechanism("pair", bodies, joints, contacts=wheels, parameters=(mu,))
+    rows = [f"{name}: {row}" for name in ("rough", "ideal") for row in ("normal", "x", "y")]
+    forces = dict(zip(rows, [10.0, 1.5, -2.0, 4.0, 3.0, 1.0], strict=True))
+    margins = list_holding_margins(pair, forces, pair.evaluate, np.hypot)
+    assert margins == pytest.approx([10.0, 3.0 - 2.5, 4.0], rel=1e-14)
+    machine = mq.textbook.load("atwood_machine")
+    tensions = {"cord_1": 7.0, "cord_2": -1.0}
+    assert list_holding_margins(machine, tensions, machine.evaluate, np.hypot) == [7.0, -1.0]
 
 
 def slider(*elements: Any, driven: dict[str, Any] | None = None) -> mq.Mechanism:

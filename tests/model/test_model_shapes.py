@@ -49,6 +49,7 @@ from mecanique.model import (
     rod,
     shell,
 )
+from mecanique.model.bodies.tensor import moments_of
 from mecanique.model.expression import evaluate
 
 Array = npt.NDArray[np.float64]
@@ -203,10 +204,14 @@ def test_a_moved_shape_has_moved_points(
 ) -> None:
     make, points_of = SHAPES[name]
     places, parts = points_of(0.7, 1.1, 0.4)
-    center, tensor = moments(1.3, (Rotation.from_euler("xyz", rpy).apply(places) + xyz, parts))
+    moved = Rotation.from_euler("xyz", rpy).apply(places) + xyz
+    center, tensor = moments(1.3, (moved, parts))
     shape = make(1.3, 0.7, 1.1, 0.4).at(xyz, rpy)
     np.testing.assert_allclose([float(x) for x in shape.center], center, rtol=0, atol=1e-12)
     np.testing.assert_allclose(tensor_of(shape.inertia), tensor, rtol=0, atol=1e-12)
+    whole = np.column_stack([moved, np.ones(len(moved))])
+    integral = 1.3 * (whole.T * parts) @ whole  # ∫ (p, 1)(p, 1)ᵀ dm
+    np.testing.assert_allclose(moments_of(1.3, center, tensor), integral, rtol=0, atol=1e-11)
 
 
 def test_pieces_of_a_body_add_up_about_the_common_center() -> None:
