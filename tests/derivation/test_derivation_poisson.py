@@ -209,6 +209,7 @@ def test_square_roots_of_squares_are_exact() -> None:
     assert not any(g.kind is Kind.ATOM for g in ring.generators)
     assert sqrt(ring.number(8)) == 2 * sqrt(ring.number(2))
     assert sqrt(ring.number(6)) == sqrt(ring.number(2)) * sqrt(ring.number(3))
+    assert sqrt(ring.number(20_014)) == sqrt(ring.number(2)) * sqrt(ring.number(10_007))
     assert sqrt(k) ** 2 == k
     assert 1 / sqrt(ring.number(3)) == sqrt(ring.number(3)) / 3
     assert sqrt(k) ** 3 / k == sqrt(k)

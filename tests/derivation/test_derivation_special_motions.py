@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -117,6 +118,45 @@ def test_a_base_that_is_shaken_gives_amplitude_transmissibility_and_resonance() 
     # the force is m X W^2 sin(W t)
     lagging = expected * np.sin(W * late - np.arctan2(c * W, k - m * W**2))
     assert motion(late).q[:, 0] == pytest.approx(lagging, abs=1e-4 * expected)
+
+
+def test_resonance_follows_from_the_power_of_the_rate_in_the_force() -> None:
+    """The amplitude W^n/sqrt((k - m W²)² + c² W²) is greatest where its slope is zero."""
+    m, k, c = mq.Parameter("m", 2.0, "kg"), mq.Parameter("k", 50.0, "N/m"), mq.Parameter("c", 3.0)
+    F, e, W, t = mq.Parameter("F", 1.5), mq.Parameter("e", 0.1), mq.Parameter("W", 4.0), mq.time()
+
+    def stated(law: Any, *, damped: bool) -> list[str]:
+        damper = (mq.JointDamper("d", "slide", c),) if damped else ()
+        oscillator = mq.Mechanism(
+            "oscillator",
+            (mq.Body("ground"), mq.Body("block", mq.particle(m))),
+            (mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
+            forces=(mq.JointSpring("s", "slide", k), *damper, mq.JointForce("f", "slide", law)),
+            parameters=(m, k, c, F, e, W),
+        )
+        return [line.text() for line in answers(oscillator)["Steady vibration"].lines]
+
+    greatest = {
+        0: ["W_r = sqrt((2 m k - c^2)/(2 m^2))", "c^2 < 2 m k"],
+        1: ["W_r = sqrt(k/m)"],
+        2: ["W_r = sqrt(2 k^2/(2 m k - c^2))", "c^2 < 2 m k"],
+        3: [],
+    }
+    waves = mq.cos(W * t), mq.sin(W * t), -mq.cos(W * t), -mq.sin(W * t)
+    for n, (above, wave) in enumerate(zip(("F", "F W", "F W^2", "F W^3"), waves, strict=True)):
+        law = F * W**n * wave
+        assert stated(law, damped=True) == [
+            f"A_x = {above}/sqrt((k - m W^2)^2 + c^2 W^2)",
+            "tan(phi_x) = c W/(k - m W^2)",
+            *greatest[n],
+        ]
+        assert stated(law, damped=False)[1:] == ["W_r = sqrt(k/m)"] * (n < 3)
+    mixed = stated(F * (1 + e * W) * mq.sin(W * t), damped=True)
+    assert mixed[0] == "A_x = F (1 + e W)/sqrt((k - m W^2)^2 + c^2 W^2)"
+    assert len(mixed) == 2
+    half = stated(F * mq.cos(W * t / 2), damped=True)
+    assert half[0] == "A_x = F/sqrt((4 k - m W^2)^2/16 + c^2 W^2/4)"
+    assert half[1:] == ["tan(phi_x) = 2 c W/(4 k - m W^2)"]
 
 
 def test_the_transmissibility_is_stated_by_every_method() -> None:

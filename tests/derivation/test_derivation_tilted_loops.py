@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.derivation.mechanics.loops import label_rows
+from mecanique.derivation.mechanics.loops import label_rows, sense
 from mecanique.derivation.numeric.constraints.rows import Held
 from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.symbolic.symbols import Algebra
@@ -272,3 +272,16 @@ def test_lengths_and_angles_of_each_loop_are_blocks_of_their_own() -> None:
     of_loops = [[f"{x}: {row}" for row in rows] for x in "ABC" for rows in ("xyz", ("rx", "ry"))]
     assert [*blocks.values()] == [*of_loops, ["wheel: normal", "wheel: along"], ["law"], ["other"]]
     assert sorted(blocks) == [*blocks]
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4, 2.0, np.pi])
+def test_a_loop_that_is_closed_half_a_turn_off_is_told_by_its_sense(angle: float) -> None:
+    """A hinge has the cosine between its axes, a weld the trace of its turn less 1."""
+    c, s = np.cos(angle), np.sin(angle)
+    turns = {"a": np.eye(3), "b": np.array([[1, 0, 0], [0, c, s], [0, -s, c]])}
+    ground: Any = SimpleNamespace(frame=lambda body, placement: (turns[body], np.zeros(3)))
+    hinge = mq.Loop.hinge("h", "a", (0, 0, 0), "b", (0, 0, 0), (0, 0, 1))
+    weld = mq.Loop.weld("w", "a", mq.Placement(), "b", mq.Placement())
+    assert sense(hinge, ground) == pytest.approx(c, abs=1e-15)
+    assert sense(weld, ground) == pytest.approx(2 * c, abs=1e-15)
+    assert sense(mq.Loop.ball("p", "a", (0, 0, 0), "b", (0, 0, 0)), ground) is None
