@@ -165,6 +165,17 @@ def test_the_arrow_of_an_angle_shows_the_positive_sense(q: float) -> None:
     assert head[0][0] > head[1:].mean(axis=0)[0]
 
 
+@pytest.mark.parametrize("name", ["woodpecker", "clearance_slider_crank", "rocking_block"])
+def test_no_point_is_drawn_beyond_the_plane_that_it_touches(name: str) -> None:
+    mechanism = mq.textbook.load(name)
+    closed = tuple(e.closed for e in mechanism.switching if isinstance(e, mq.Contact))
+    rolling = replace(mechanism, switching=(), contacts=closed)
+    reference = mq.Reference(rolling)
+    normal = [row.endswith("normal") for row in reference.constraint_names]
+    q = posture(mechanism, mq.textbook.entry(name).start)
+    assert reference.constraint_residual(q)[normal].min() > -1e-8
+
+
 def test_a_mechanism_of_the_catalogue_is_drawn_where_its_motion_starts() -> None:
     drawn = mq.textbook.load("kepler_orbit")
     assert posture(drawn)[drawn.coordinates.names.index("r")] == 1.0

@@ -71,6 +71,11 @@ def test_a_scene_has_a_strip_for_each_element() -> None:
     assert wall.spans[0][1] == wall.spans[1][0]
     (strip,) = scene(move("pendulum_with_stop"), equations=(), verdict=None).modes
     assert len(strip.impacts) == 7
+    # what is touched is drawn: floor and wall as plates whose upper sides are the planes
+    ground = ladder.bodies[0].shapes
+    assert [shape.kind for shape in ground] == ["box", "box"]
+    upper = [s.pose @ (0.0, 0.0, s.size[2] / 2, 1.0) for s in ground]
+    assert [upper[0][2], upper[1][0]] == pytest.approx([0.0, 0.0], abs=1e-15)
     assert scene(move("two_blocks", 0.1), equations=(), verdict=None).modes == ()
 
 

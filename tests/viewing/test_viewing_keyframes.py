@@ -129,6 +129,14 @@ def test_a_page_asks_for_the_instants_that_it_plays() -> None:
         assert shown.arrows[0].vector.shape == (61, 3)
 
 
+def test_a_page_has_frames_enough_for_what_is_short_or_spins() -> None:
+    mechanism = mq.textbook.load("simple_pendulum")
+    short = scene(mq.simulate(mechanism, v={"q": 100.0}, duration=0.05))
+    fast = scene(mq.simulate(mechanism, v={"q": 100.0}, duration=1.0))
+    assert pack(short).header["n"] == len(short.t) == 241
+    assert pack(fast).header["n"] == len(fast.t) == 200  # 100 rad, half a radian each
+
+
 def test_uneven_times_are_followed() -> None:
     scene = pendulum(duration=2.0, fps=500)
     keep = np.sort(np.random.default_rng(0).choice(len(scene.t) - 2, 600, replace=False) + 1)

@@ -270,6 +270,13 @@ MOST_TURNED = 12
 _SAME = 1e-9
 """Largest change of coordinates that do not depend on another [rad or m]."""
 
+_STEPS_APART, _SMALL = 20, 1e-6
+"""Newton's steps at most until points are outside planes, and its steps of coordinates."""
+
+_SHARES, _FAR = (1.0, 0.5, 0.25, 0.125), 0.8
+"""Parts of the way from the start to moderate angles, and how far such a place is at most from one
+in which points are outside planes [rad or m]."""
+
 _HALVINGS = 3
 """How often a start is halved in search of one that crushes no spring."""
 
@@ -300,7 +307,38 @@ def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> N
             if not SLIGHT <= abs(q[k]) <= GREAT:
                 q[k] = ANGLES[count % len(ANGLES)]
             count += 1
-    return q
+    there = mechanism.position(dict(start))
+    for share in () if inside else _SHARES:
+        parted = _part_what_touches(mechanism, aim := there + share * (q - there))
+        if parted is not None and np.abs(parted - aim).max(initial=0.0) < _FAR:
+            return parted
+    return q if inside else there
+
+
+def _part_what_touches(mechanism: Mechanism, q: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Return a position near another with no point beyond the plane that it touches, or None."""
+    switching = (e for e in mechanism.switching if isinstance(e, Contact) and e.axis is None)
+    planes = [contact for contact in switching if is_zero(contact.bowl)]
+    reference = Reference.of(replace(mechanism, switching=()))
+    at = {body.name: k for k, body in enumerate(mechanism.bodies)}
+
+    def find_gaps(places: Floats) -> Floats:
+        poses = np.asarray(reference.poses(places, 0.0))
+        gaps = [-mechanism.evaluate(contact.radius) for contact in planes]
+        for k, contact in enumerate(planes):
+            frame = poses[at[contact.on]] @ mechanism.matrix(contact.plane)
+            center = poses[at[contact.body]] @ (*mechanism.evaluate_all(contact.center), 1.0)
+            gaps[k] += frame[:3, 2] @ (center[:3] - frame[:3, 3])
+        return np.array(gaps)
+
+    for _ in range(_STEPS_APART):
+        gaps = find_gaps(q)
+        if gaps.min(initial=0.0) > -_SAME:
+            return q
+        slopes = [(find_gaps(q + _SMALL * row) - gaps) / _SMALL for row in np.eye(len(q))]
+        inside = gaps < 0
+        q = q - np.linalg.pinv(np.array(slopes).T[inside], rcond=1e-6) @ gaps[inside]
+    return None
 
 
 def _turn_what_is_free(mechanism: Mechanism, q: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -9,15 +9,18 @@ from dataclasses import replace
 from html import escape
 from pathlib import Path
 
+import numpy as np
+
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.switching import Modes
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.files import require_directory, write_text
+from mecanique.model.mechanism_units import units
 from mecanique.motion.motion import Motion
 from mecanique.verification import verify
 from mecanique.verification.verdict import Verdict
 from mecanique.viewing.engine import computed_scene
-from mecanique.viewing.page.page import page, resample
+from mecanique.viewing.page.page import LEAST_FRAMES, SHORT, page, resample
 from mecanique.viewing.scene.from_motion import actions_of
 from mecanique.viewing.scene.scene import Scene
 from mecanique.viewing.scene.texts import derive_all, document_of
@@ -48,9 +51,19 @@ def scene(
     return computed_scene(motion, document, actions, equations)
 
 
+TURN, MOST_TURNED_FRAMES = 0.5, 601
+"""A body turns by so much at most between two frames [rad], as far as they are not more."""
+
+
 def _take_frames(motion: Motion) -> Motion:
-    """Return a motion at the times that a page plays, which are fewer than those of a long one."""
+    """Return a motion at the times that a page plays: fewer of a long one, more of a fast one."""
     times = resample(motion.t)
+    length, unit = float(times[-1] - times[0]), units(motion.mechanism)
+    turns = [unit[name] == "rad/s" for name in motion.mechanism.velocities]
+    turned = length * float(np.abs(motion.v[:, turns]).max(initial=0.0))
+    least = max(LEAST_FRAMES * (length <= SHORT), min(int(turned / TURN), MOST_TURNED_FRAMES))
+    if len(times) < least and length > 0:
+        times = np.linspace(times[0], times[-1], least)
     if times is motion.t:
         return motion
     state = motion(times)

@@ -75,7 +75,7 @@ class Packed:
 def pack(scene: Scene) -> Packed:
     """Pack everything that moves in a scene."""
     extent = float(np.clip(np.ptp(scene.positions, axis=(0, 1)).max(initial=0.0), 1e-6, 1.0))
-    t = resample(scene.t)
+    t = scene.t if _is_even(scene.t) and len(scene.t) <= MOST_FRAMES else resample(scene.t)
     anchors = _anchors(scene, 1e-6 * extent)
     steps = _steps(scene, POSITION_STEP * extent)
     columns = _sample(scene, t)
@@ -111,13 +111,16 @@ def resample(t: Floats) -> Floats:
     if len(t) < 2:
         return t
     length = float(t[-1] - t[0])
-    even = bool(np.allclose(np.diff(t), length / (len(t) - 1), rtol=1e-6, atol=0))
     least = min(len(t), LEAST_FRAMES) - 1 if length <= SHORT else 1
     rare = len(t) - 1 <= least or length / (len(t) - 1) >= 0.999 / FRAME_RATE
-    if even and rare and len(t) <= MOST_FRAMES:
+    if rare and _is_even(t) and len(t) <= MOST_FRAMES:
         return t
     count = int(min(max(round(length * FRAME_RATE), least), MOST_FRAMES - 1)) + 1
     return np.linspace(t[0], t[-1], count)
+
+
+def _is_even(t: Floats) -> bool:
+    return bool(np.allclose(np.diff(t), np.ptp(t) / max(len(t) - 1, 1), rtol=1e-6, atol=0))
 
 
 def varints(whole: NDArray[np.int64]) -> bytes:

@@ -250,7 +250,8 @@ def write_equations(document: SceneText) -> str:
     if document.about:
         # initials of authors are no letters of formulas
         words, source, cited = document.about.partition("Source: ")
-        parts.append(f"<p>{to_html(words)} {escape(source + cited)}</p>")
+        names = {knob.name for knob in (*document.parameters, *document.initial)}
+        parts.append(f"<p>{to_html(words, names)} {escape(source + cited)}</p>")
     parts += [_figure(document), _symbols(document)]
     parts += [_derivation(derivation) for derivation in document.derivations]
     if document.source and document.source not in document.about:

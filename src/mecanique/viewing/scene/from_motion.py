@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from mecanique.figure.solids import FRONT, cord_stretches, moves_parallel
-from mecanique.model.constraint_base import Striking
+from mecanique.model.constraint_base import PressingContact, Striking
+from mecanique.model.constraints.friction import Contact
 from mecanique.model.force_base import End
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import per_second, units
@@ -32,10 +33,16 @@ from mecanique.viewing.scene.scene import (
     ModeStrip,
     Plot,
     Scene,
+    SceneBody,
+    SceneShape,
     SceneText,
     Trace,
 )
 from mecanique.viewing.scene.texts import letter
+
+PLANE_MARGIN, PLANE_THICKNESS = 0.15, 0.2
+"""Of a plane that is touched, beyond what touches it: a part of the motion's extent, and of that
+margin."""
 
 FEW_COORDINATES = 4
 """Up to this many are plotted when the page opens; of more, the energies are."""
@@ -137,7 +144,7 @@ def scene_of(
     return Scene(
         title=title_of(mechanism),
         t=motion.t,
-        bodies=bodies_of(mechanism),
+        bodies=tuple(_furnish(motion.described, poses, at)),
         positions=poses[:, :, :3, 3],
         quaternions=from_matrices(poses[:, :, :3, :3]),
         arrows=tuple(_arrows(shown)),
@@ -150,6 +157,37 @@ def scene_of(
         breaks=tuple(_breaks(motion)),
         modes=tuple(_strips(motion)),
     )
+
+
+def _furnish(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterator[SceneBody]:
+    """Yield the bodies as they are drawn, those without a shape with the planes that they bear."""
+    places = {body.name: poses[:, k] for body, k in zip(mechanism.bodies, at.values(), strict=True)}
+    margin = PLANE_MARGIN * float(np.ptp(poses[:, :, :3, 3], axis=(0, 1)).max())
+    for body in bodies_of(mechanism):
+        spans: dict[tuple[float, ...], list[Floats]] = {}
+        for contact in (*mechanism.contacts, *mechanism.switching) if not body.shapes else ():
+            if not isinstance(contact, Contact | PressingContact) or contact.on != body.name:
+                continue
+            if not (isinstance(contact.bowl, (int, float)) and contact.bowl == 0):
+                continue
+            frame = mechanism.matrix(contact.plane)
+            center = np.append(mechanism.evaluate_all(contact.center), 1.0)
+            paths = np.linalg.inv(places[body.name] @ frame) @ places[contact.body] @ center
+            beyond = margin + 2.0 * mechanism.evaluate(contact.radius)
+            reach = np.stack([paths[:, :2].min(axis=0) - beyond, paths[:, :2].max(axis=0) + beyond])
+            if isinstance(contact, Contact) and contact.ends:
+                half = mechanism.evaluate(contact.length) / 2
+                reach[:, 0] = reach[:, 0].clip(-half, half)
+            spans.setdefault(tuple(frame.ravel().tolist()), []).append(reach)
+        shapes = list(body.shapes)
+        for numbers, reaches in spans.items():
+            low, high = np.min(reaches, axis=(0, 1)), np.max(reaches, axis=(0, 1))
+            thick = PLANE_THICKNESS * margin
+            middle = np.eye(4)
+            middle[:3, 3] = [*(low + high) / 2, -thick / 2]
+            pose = np.reshape(numbers, (4, 4)) @ middle
+            shapes.append(SceneShape("box", (*(high - low), thick), pose))
+        yield replace(body, shapes=tuple(shapes))
 
 
 def _breaks(motion: Motion) -> Iterator[Break]:
