@@ -113,7 +113,7 @@ def solve_mode(
     Of an impact these are the velocities after it and the impulses of its element alone. Shapes
     (n, nv + forces) and (n,).
 
-    Code solves S R = … with S = J M⁻¹ W, whose rounding is that of its terms, up to ε |J| |M⁻¹| |W|:
+    Code solves S R = … with S = J M⁻¹ W, rounded as its terms are, by up to ε |J| |M⁻¹| |W|:
     that much is wrong in the block of zeros of the whole system, where |M⁻¹| is M's condition.
     """
     bench = _Bench(mechanism, states, SOLVED_ALIKE)
