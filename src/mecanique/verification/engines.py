@@ -494,6 +494,6 @@ _LEFT_OUT: Mapping[tuple[str, str], Sequence[tuple[str, ...]]] = {
         ("position", "armature"),
         ("general", "armature"),
     ),
-    ("SDF", "Drake"): (("gravity", ""),),
+    ("SDF", "Drake"): (("gravity", ""), ("spring_stiffness", "", "in screws")),
 }
 """What engines read of a format without effect (pin 4.1.0, drake 1.51.1, mujoco 4.0.0)."""
