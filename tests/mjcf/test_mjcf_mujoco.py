@@ -155,6 +155,14 @@ ALONG = '<joint joint="h" coef="0.5"/><joint joint="s" coef="-2"/>'
 STRAIGHT = '<site site="w"/><site site="t"/>'
 
 TEXTS |= {
+    "timed springs with powers": body(
+        '<joint axis="0 1 1" springdamper="0.5 0.7" stiffness="2 1 3" damping="1 0.4"/>' + GEOM
+    ),
+    "a medium around equal least moments": body(
+        f'{HINGE}<inertial pos="0 0.1 0" mass="1" diaginertia="0.2 0.25 0.4" '
+        'quat="1 0.2 0.3 0.1"/>',
+        '<compiler boundinertia="0.3"/><option density="19" viscosity="0.1"/>',
+    ),
     "mesh": mesh(f"{TETRAHEDRON} {FACES}"),
     "mesh of points": mesh(TETRAHEDRON),
     "field of distances": mesh(f"{TETRAHEDRON} {FACES}").replace('type="mesh"', 'type="sdf"'),

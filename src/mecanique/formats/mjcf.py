@@ -279,7 +279,8 @@ class _Reader(Source):
         self._carried_along: dict[str, float] = {}
         self._drives_lift = False
         self._claimed: set[tuple[str, str]] = set()  # kinds and names of bodies and joints
-        self._timed: dict[str, Array] = {}  # time constant and damping ratio of springs
+        # time constant and damping ratio of springs, beside the powers that joints state
+        self._timed: dict[str, tuple[Array, Array, Array]] = {}
 
     def read(self, source: str | os.PathLike[str]) -> Mechanism:
         root = self.parse(self.file if self.file is not None else str(source))
@@ -764,7 +765,7 @@ class _Reader(Source):
         self._references[name] = reference
         self._rests[name] = rest
         if all(timing > 0):
-            self._timed[name] = timing
+            self._timed[name] = timing, stiffness, damping
         else:
             self.resist(name, name, stiffness, np.full(2, rest), damping)
         return np.asarray(np.linalg.inv(at))
@@ -791,8 +792,7 @@ class _Reader(Source):
         at = {name: q for name, q in self._references.items() if name in tree.coordinates}
         (M,) = Recursion(tree).mass_matrix(States.of(tree, at))
         inertia = 1 / np.diag(np.linalg.inv(M))
-        for joint, (constant, ratio) in self._timed.items():
-            stiffness, damping = np.zeros((2, 3))
+        for joint, ((constant, ratio), stiffness, damping) in self._timed.items():
             effective = inertia[tree.velocities.index(f"{joint}'")]
             stiffness[0] = self._options.has("spring") * effective / (constant * ratio) ** 2
             damping[0] = self._options.has("damper") * 2 * effective / constant
@@ -1058,11 +1058,11 @@ class _Reader(Source):
         balance = stated.get("balanceinertia") == "true"
         if not (least or balance):
             return replace(mass, mass=total)
-        moments, axes = np.linalg.eigh(mass.inertia)
-        moments = np.maximum(moments, least)
-        if balance and moments[0] + moments[1] < moments[2]:
+        axes = principal_axes(mass.inertia) if mass.axes is None else mass.axes
+        moments = np.maximum(np.diagonal(axes.T @ mass.inertia @ axes), least)
+        if balance and 2 * moments.max() > moments.sum():
             moments = np.full(3, moments.mean())
-        return Mass(total, mass.center, axes @ np.diag(moments) @ axes.T)
+        return Mass(total, mass.center, axes @ np.diag(moments) @ axes.T, axes)
 
     # what is left
 
