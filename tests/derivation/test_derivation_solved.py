@@ -468,6 +468,8 @@ def test_equations_with_their_symbols_do_not_stop_at_forces_of_constraints(form:
     assert said in disk(symbols=True)
     assert said not in disk()
     assert disk(symbols=True).index("lambda") < disk(symbols=True).index(said)
+    if form == "text":
+        assert "Along any motion E is constant." in " ".join(disk(symbols=True).split())
     linkage = getattr(derive_system("four_bar_linkage"), form)(symbols=True)
     assert "The loops give every other coordinate" in linkage.replace("\n", " ")
     assert "Along any motion" not in getattr(derive_system("kepler_orbit"), form)(symbols=True)
