@@ -319,6 +319,8 @@ def _part_what_touches(mechanism: Mechanism, q: NDArray[np.float64]) -> NDArray[
     """Return a position near another with no point beyond the plane that it touches, or None."""
     switching = (e for e in mechanism.switching if isinstance(e, Contact) and e.axis is None)
     planes = [contact for contact in switching if is_zero(contact.bowl)]
+    if not planes:
+        return q
     reference = Reference.of(replace(mechanism, switching=()))
     at = {body.name: k for k, body in enumerate(mechanism.bodies)}
 

@@ -6,6 +6,8 @@ import inspect
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
+from functools import reduce
+from operator import add, mul
 from typing import Any, NoReturn, TypeAlias, final
 
 import numpy as np
@@ -203,12 +205,10 @@ def evaluate(
         return base ** (int(scalar.exp) if scalar.exp.is_Integer else float(scalar.exp))
     terms = [evaluate(term, values, function=function, number=number) for term in scalar.args]
     if scalar.is_Add:
-        return sum(terms[1:], terms[0])
+        # sum() rounds floats otherwise from Python 3.12 on, and files are to be the same everywhere
+        return reduce(add, terms)
     if scalar.is_Mul:
-        product = terms[0]
-        for term in terms[1:]:
-            product = product * term
-        return product
+        return reduce(mul, terms)
     if scalar.is_Pow:
         return terms[0] ** terms[1]
     name = type(scalar).__name__

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
-from typing import Any, TypeAlias, final
+from functools import cached_property, reduce
+from operator import add
+from typing import Any, TypeAlias, cast, final
 
 import numpy as np
 
@@ -116,8 +117,8 @@ def combine(shapes: Sequence[Shape]) -> Shape:
 
 
 def _total(terms: Any) -> Scalar:
-    first, *rest = terms
-    return sum(rest, first)
+    # sum() rounds floats otherwise from Python 3.12 on
+    return cast("Scalar", reduce(add, terms))
 
 
 def _turn_inertia(turn: Matrix3, inertia: Inertia) -> Inertia:
