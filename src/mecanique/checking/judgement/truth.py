@@ -221,11 +221,15 @@ class Truth:
             self._partly[varied] = drawn
         return self._partly[varied]
 
+    @cached_property
+    def _states(self) -> States:
+        """States of the mechanism, drawn once: those of loops take long."""
+        assumed = self.closed_form.assumptions
+        return random_states(self.mechanism, _CANDIDATES, self.seed, assumed)
+
     def _draw(self, varied: frozenset[str]) -> Sample:
         """Draw states, and evaluate the closed form in them."""
-        derivation = self.closed_form
-        mechanism = self.mechanism
-        states = random_states(mechanism, _CANDIDATES, self.seed, derivation.assumptions)
+        mechanism, states = self.mechanism, self._states
         random = np.random.default_rng(self.seed + 1)
         values = self._letters(states, random, varied)
         sample = self._evaluate(values, len(states), varied=bool(varied), most=STATES)
