@@ -271,11 +271,12 @@ _SAME = 1e-9
 """Largest change of coordinates that do not depend on another [rad or m]."""
 
 _STEPS_APART, _SMALL = 20, 1e-6
-"""Newton's steps at most until points are outside planes, and its steps of coordinates."""
+"""Most steps of Newton's method that bring points outside planes, and the steps of coordinates by
+which slopes are taken [rad or m]."""
 
 _SHARES, _FAR = (1.0, 0.5, 0.25, 0.125), 0.8
-"""Parts of the way from the start to moderate angles, and how far such a place is at most from one
-in which points are outside planes [rad or m]."""
+"""Parts of the way from the start to moderate angles that are tried, and how far a coordinate may
+then move to bring points outside planes [rad or m]."""
 
 _HALVINGS = 3
 """How often a start is halved in search of one that crushes no spring."""

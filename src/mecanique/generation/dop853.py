@@ -48,6 +48,10 @@ LOOKS, SHALLOW = 4, 0.5
 """Events are looked for at so many places of a step, and between them where a parabola through
 three comes down to this part of the least of the three, or farther."""
 
+GRAZES = 1e-10
+"""What comes less than this part of its size around beyond zero, and back, only touches it: less is
+not known of a motion at the default tolerance."""
+
 UNSTABLE = 6.1
 """Step length times rate of decay at which the method becomes unstable (DOP853, Hairer et al.)."""
 
@@ -183,7 +187,7 @@ def write_script() -> str:
         "ERRORS": [*table.errors],
         "DENSE": [*table.dense],
     }
-    constants = *_CONTROL, "LOOKS", "SHALLOW"
+    constants = *_CONTROL, "LOOKS", "SHALLOW", "GRAZES"
     lines = [
         "// Written by generation/dop853.py: the method of Dormand & Prince of order 8(5, 3), and",
         "// its dense output of order 7 (E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary",

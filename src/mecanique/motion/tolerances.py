@@ -14,10 +14,6 @@ TINY = 1e-300
 INSTANT = 1e-13
 """Times are solved for to this, 450 ε [s]: what the curve through the steps can tell apart."""
 
-GRAZES = 1e-10
-"""What comes less than this part of its size around beyond zero, and back, only touches it: less is
-not known of a motion at the default tolerance."""
-
 # integration
 
 LEAST_RTOL = 1e-14

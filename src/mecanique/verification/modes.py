@@ -112,13 +112,9 @@ def solve_mode(
 
     Of an impact these are the velocities after it and the impulses of its element alone. Shapes
     (n, nv + forces) and (n,).
-
-    Code solves S R = … with S = J M⁻¹ W, rounded as its terms are, by up to ε |J| |M⁻¹| |W|:
-    that much is wrong in the block of zeros of the whole system, where |M⁻¹| is M's condition.
     """
     bench = _Bench(mechanism, states, SOLVED_ALIKE)
     solution, condition = bench.solve(mode, bench.theirs, struck=struck)
-    condition = condition * _condition(bench.theirs.mass)
     rounding = EPSILON * condition * np.linalg.norm(solution, axis=1)
     if struck:
         solution[:, : mechanism.nv] += states.v

@@ -52,7 +52,7 @@ def scene(
 
 
 TURN, MOST_TURNED_FRAMES = 0.5, 601
-"""A body turns by so much at most between two frames [rad], as far as they are not more."""
+"""A body turns at most this far between two frames [rad], for which at most so many are made."""
 
 
 def _take_frames(motion: Motion) -> Motion:

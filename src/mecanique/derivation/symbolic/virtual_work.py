@@ -176,7 +176,6 @@ class _Letters(NamedTuple):
 _FORCE = _Letters("F", "δr", "δW")
 _COUPLE = _Letters("C", "δφ", "δW_couple")
 
-
 _LONGEST_WORK = 6
 """Most terms of a work that is written out; longer ones are told by the components' names."""
 

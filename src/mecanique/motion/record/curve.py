@@ -22,9 +22,9 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
-from mecanique.generation.dop853 import LOOKS, SHALLOW
+from mecanique.generation.dop853 import GRAZES, LOOKS, SHALLOW
 from mecanique.motion.record.rates import Rates
-from mecanique.motion.tolerances import GRAZES, INSTANT, OUTSIDE
+from mecanique.motion.tolerances import INSTANT, OUTSIDE
 
 Times: TypeAlias = "float | Sequence[float] | np.ndarray"
 """A time, or shape (n,) [s]."""

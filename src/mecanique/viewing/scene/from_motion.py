@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from mecanique.figure.setting import is_zero
 from mecanique.figure.solids import FRONT, cord_stretches, moves_parallel
 from mecanique.model.constraint_base import PressingContact, Striking
 from mecanique.model.constraints.friction import Contact
@@ -41,8 +42,8 @@ from mecanique.viewing.scene.scene import (
 from mecanique.viewing.scene.texts import letter
 
 PLANE_MARGIN, PLANE_THICKNESS = 0.15, 0.2
-"""Of a plane that is touched, beyond what touches it: a part of the motion's extent, and of that
-margin."""
+"""How far a plane is drawn beyond what touches it, as a part of the motion's extent, and how thick,
+as a part of that margin."""
 
 FEW_COORDINATES = 4
 """Up to this many are plotted when the page opens; of more, the energies are."""
@@ -168,7 +169,7 @@ def _furnish(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterato
         for contact in (*mechanism.contacts, *mechanism.switching) if not body.shapes else ():
             if not isinstance(contact, Contact | PressingContact) or contact.on != body.name:
                 continue
-            if not (isinstance(contact.bowl, (int, float)) and contact.bowl == 0):
+            if not is_zero(contact.bowl):
                 continue
             frame = mechanism.matrix(contact.plane)
             center = np.append(mechanism.evaluate_all(contact.center), 1.0)

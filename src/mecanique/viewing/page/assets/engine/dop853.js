@@ -5,7 +5,7 @@ import { CONTROL, DENSE, ERRORS, NODES, STAGES } from "./tableau.js";
 
 const STEP = 12; // the stage whose state is the end of the step
 const { DAMPING, EXPONENT, SAFETY, SHRINKAGE, GROWTH, SHORTEST } = CONTROL;
-const { BEFORE, NEARLY, FIRST, UNKNOWN, BRIEF, SHALLOW } = CONTROL;
+const { BEFORE, NEARLY, FIRST, UNKNOWN, BRIEF, SHALLOW, GRAZES } = CONTROL;
 export const LOOKS = CONTROL.LOOKS; // within a step
 // Of the longest of the last steps: what has stalled, what is a good step still, and how far one of
 // these is followed beyond its end at most.
@@ -14,7 +14,6 @@ const STALLED = 1e-5;
 const GOOD = 0.1;
 const LONGEST_HOP = 2;
 const GOLDEN = (3 - Math.sqrt(5)) / 2;
-const DIGITS = 1e-10; // of a quantity along a path
 
 // Weights with the stages they belong to, as arrays of numbers: a step sums many of them.
 const pack = (pairs) => ({
@@ -319,7 +318,7 @@ export function findDip(value, [t0, g0], [t1, g1], [t2, g2]) {
     else low = early;
   }
   const t = (low + high) / 2;
-  return value(t) < -DIGITS * Math.max(g0, g1, g2) ? t : null;
+  return value(t) < -GRAZES * Math.max(g0, g1, g2) ? t : null;
 }
 
 export function bisect(value, a, b) {

@@ -16,6 +16,7 @@ export const CONTROL = {
   BRIEF: 1e-6,
   LOOKS: 4,
   SHALLOW: 0.5,
+  GRAZES: 1e-10,
 };
 
 // Where in a step the stages lie; the last three serve the dense output alone.
