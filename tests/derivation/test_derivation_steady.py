@@ -39,13 +39,13 @@ def test_the_coin_has_the_matrices_of_its_exact_equations(
 def test_the_coin_is_written_out_with_its_motion_and_the_meaning_of_its_letters() -> None:
     coin = mq.textbook.load("rolling_coin")
     falling = steady_letters(coin, {}, {"spin": 1.0}, ("yaw", "lean")).text()
-    lines = falling.splitlines()
+    lines = [re.sub(r"(?<=\S) {2,}", "  ", line) for line in falling.splitlines()]
     m, r = coin.values["m"], coin.values["r"]
     assert lines[-11:] == [
         "     M_11 yaw'' + u C1_12 lean' = 0",
         "     M_22 lean'' + u C1_21 yaw' + K0_22 g lean = 0",
         "",
-        "6. Result",
+        "8. Result",
         "   In matrices, with the numbers of the description: M q'' + u C1 q' + g K0 q = 0 for q = "
         "(yaw,",
         "   lean). Of deviations proportional to e^(lambda t), the determinant is a4 lambda^4 + a2 "
@@ -58,11 +58,12 @@ def test_the_coin_is_written_out_with_its_motion_and_the_meaning_of_its_letters(
         f"     u_c = sqrt(M_11 K0_22 g/(C1_12 C1_21)) = {sqrt(coin.values['g'] / r / 3):.5g}",
     ]
     for line in (
-        "  u      speed of the steady motion [rad/s]",
-        "  g      acceleration of free fall [m/s²]",
+        "  u  speed of the steady motion [rad/s]",
+        "  g  acceleration of free fall [m/s²]",
         "    entries of the mass matrix",
         "  K0_22  entries of the matrices of the deviations",
-        *("     z = r", "     x' = u r", "     spin' = u"),
+        *("     z = r", "     x' = u r", "     spin' = u", "     lambda_rim_normal = m g"),
+        *("     x' = r spin'", "     y' = r (u yaw - lean')"),
         *("     M_22 = 5 m r^2/4", "     C1_21 = -3 m r^2/2", "     K0_22 = -m r"),
     ):
         assert line in lines
@@ -89,6 +90,9 @@ def test_a_bicycle_ends_with_its_weave_and_capsize_speed() -> None:
     said = " ".join(text.split())
     assert "Below v_w, where a3 a2 a1 - a4 a1^2 - a3^2 a0 = 0, an oscillation grows" in said
     assert "Above v_c, where a0 = 0, a deviation grows without oscillation" in said
+    # with the heading to the left and the steer to the right (ibid., sect. 4 and 6)
+    assert "yaw' = -(v steer + c steer') cos(tilt)/w" in said
+    assert "lambda_front_contact_normal = (mB xB + mH xH + mF w) g/w" in said
     assert "v_{w} &= 4.2924" in ride.latex()
     assert "<msqrt>" in ride.mathml()
     # with the trail of a castor, both frames of the benchmark fall over at any speed

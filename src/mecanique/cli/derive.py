@@ -269,9 +269,10 @@ def derivation(
     equations = mq.derive(mechanism, method=method)
     if not equations.legible:
         ride = _expand_ride(mechanism)
-        if ride is not None and not steps:
+        if ride is not None:
             inform(
-                "The exact equations are a list of named results, which --steps adds as an appendix"
+                "The exact equations are a list of named results: 'mecanique code' writes them as "
+                "a program, and mecanique.write_recursion in Python as text"
             )
             return _join([getattr(ride.letters, form)()], form)
         if equations.symbolic:
@@ -279,17 +280,7 @@ def derivation(
                 f"The equations have {equations.terms:,} terms: here they are a list of named "
                 "results; in Python, mecanique.derive(…).text() writes them out"
             )
-        written = mq.write_recursion(equations)
-        if ride is None:
-            return _join([getattr(written, form)()], form)
-        known = {name for meaning in ride.letters.document.meanings(True) for name in meaning.names}
-        appendix = replace(
-            written,
-            title="Appendix: the exact equations",
-            about=written.about[-1:],
-            meanings=tuple(meant for meant in written.meanings if not known.issuperset(meant[0])),
-        )
-        return _join([getattr(part, form)() for part in (ride.letters, appendix)], form)
+        return _join([getattr(mq.write_recursion(equations), form)()], form)
     if units:
         from mecanique.model.mechanism_units import add_unit
 

@@ -12,6 +12,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial, reduce
+from operator import mul
 from typing import Any, final
 
 from mecanique.derivation.document import Document
@@ -19,8 +21,9 @@ from mecanique.derivation.mechanics.forces import Forces
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import loops_of
 from mecanique.derivation.mechanics.recursion import recursion_on_tape
-from mecanique.derivation.printing.equations import equations, expression
-from mecanique.derivation.printing.writers import Printed, Writer
+from mecanique.derivation.printing.equations import equations, expression, join, shorter
+from mecanique.derivation.printing.expressions import to_formula
+from mecanique.derivation.printing.writers import Expression, Printed, Writer
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.evaluation import Substitution, evaluate
 from mecanique.derivation.scalars.functions import function
@@ -53,11 +56,20 @@ _MOTION = (
     "The coordinates and velocities of the motion that are not zero, at the speed {}. No force is "
     "left along the displacements that the constraints allow, so that it goes on."
 )
+_FORCES = (
+    "Forces of the motion",
+    "What the constraints exert in the motion itself, where it is not zero.",
+)
+_FOLLOWING = (
+    "Constraints to first order",
+    "In a small deviation the other positions and velocities follow by the constraints. Each "
+    "letter is a deviation from the steady motion.",
+)
 _MASS = (
     "Mass matrix",
-    "In small deviations of these coordinates, to first order, the others follow by the "
-    "constraints. Entries are numbered by row and column, in the order of the coordinates; those "
-    "that are not listed are zero.",
+    "To first order, the equations along the displacements that the constraints allow have the "
+    "matrices that follow. Entries are numbered by row and column, in the order of the "
+    "coordinates; those that are not listed are zero.",
 )
 _RATES = (
     "Matrices of the velocities",
@@ -177,7 +189,8 @@ def steady_letters(
                     letters[label] = evaluate(entry, mechanism.values)
                     if k < i and rows[k][i] == entry:
                         same[label] = ring[f"{letter}_{k + 1}{i + 1}"]
-                    yield Result(Left(label), same.get(label, entry))
+                    value = same.get(label, entry)
+                    yield Result(Left(label), value, partial(_divide_apart, value))
 
     falls = ring.number(1) if g is None else g
     bare = _entrywise(lambda entry: tidy(entry / falls), K[0])
@@ -190,9 +203,15 @@ def steady_letters(
             *(x for k in (1, 2) for x in entries(f"K{k}", K[k], u**k, "")),
         ],
     }
+    forces = motion.forces()
     stages = [Stage("Steady motion", _MOTION.format(motion.speed), motion.lines())]
+    if forces:
+        stages.append(Stage(*_FORCES, tuple(Result(Left(name), x) for name, x in forces.items())))
+    if following := motion.follow():
+        stages.append(Stage(*_FOLLOWING, following))
     stages += [Stage(*head, tuple(lines)) for head, lines in steps.items() if lines]
     meanings = {motion.speed: f"speed of the steady motion{motion.unit}"}
+    meanings |= dict.fromkeys(forces, "force of a constraint in the steady motion")
     if g is not None:
         meanings[expression(g).text()] = "acceleration of free fall [m/s²]"
     labels = {
@@ -287,7 +306,7 @@ class _Motion:
         loads = zip(recursion.bias(), Forces(letters, recursion).project(), strict=True)
         self._rest = values_of([h - Q for h, Q in loads])
         self._jacobian = [values_of(row) for row in loops.jacobian]
-        self._slips = values_of(loops.rate)
+        self._slips, self._rows = values_of(loops.rate), loops.names
         rates = {f" [{units(mechanism)[name]}/s]" for name in speeds}
         self.unit = rates.pop() if len(rates) == 1 else ""
         """The unit of the speed, as it stands behind its meaning."""
@@ -303,7 +322,7 @@ class _Motion:
         self._place = self._close(values_of(loops.residual), ranks)
         self._J = [self._values(row) for row in self._jacobian]
         self._allowed, _ = sweep(ring, self._J, len(self._v), ranks)
-        for column, k in zip(self._allowed.basis, _alone(self._allowed.basis), strict=True):
+        for column, k in zip(self._allowed.basis, self._independent, strict=True):
             speed = self.u * self._lift(speeds.get(self._q[k], 0.0))
             for name, part in zip(self._v, column, strict=True):
                 self._base[name] = tidy(self._base[name] + speed * part)
@@ -313,9 +332,27 @@ class _Motion:
         state = [(name, self._base[name]) for name in (*self._q, *self._v)]
         return tuple(Result(self._ring[name], x) for name, x in state if x)
 
+    def forces(self) -> dict[str, Series]:
+        """Return the forces of the constraints that are not zero, by name."""
+        names = (f"lambda_{row.replace(': ', '_')}" for row in self._rows)
+        return {name: x for name, x in zip(names, self._weigh(), strict=True) if x}
+
+    def follow(self) -> tuple[Result, ...]:
+        """Return the deviations that follow from the independent ones by the constraints."""
+        q = [self._ring[name] for name in self._q]
+        v = [self._ring[name] for name in self._v]
+        free, w = _alone(self._place), self._independent
+        places = _mix([q[k] for k in free], self._place)
+        rates = _mix(
+            [*(v[k] for k in w), *(q[k] for k in free)], [*self._allowed.basis, *self._turn()]
+        )
+        pairs = zip([*q, *v], [*places, *rates], strict=True)
+        followed = ((name, tidy(x)) for name, x in pairs if x and x != name)
+        return tuple(Result(name, x, partial(_divide_apart, x)) for name, x in followed)
+
     def matrices(self) -> tuple[Matrix, Matrix, Matrix]:
         """Return M, C and K."""
-        S, w, free = self._allowed.basis, _alone(self._allowed.basis), _alone(self._place)
+        S, w, free = self._allowed.basis, self._independent, _alone(self._place)
         wanted = [self._q.index(name) for name in self._names]
         if not {*wanted} <= {*w} & {*free}:
             raise DerivationError(
@@ -323,13 +360,7 @@ class _Motion:
                 f"{', '.join(self._q[k] for k in w)}, got {', '.join(self._names)}"
             )
         M = [self._values(row) for row in self._mass]
-        slips = self._slopes(self._slips, self._q)
-
-        def follow(column: Column) -> Column:
-            """Return δv by δq at w = 0."""
-            return self._allowed.reach(self._ring, self._J, [-x for x in _mix(column, slips)])
-
-        turned = [follow(column) for column in self._place]
+        turned = self._turn()
         by_q, by_v = self._balance(), self._slopes(self._rest, self._v)
 
         def along(forces: Column) -> Column:
@@ -378,6 +409,25 @@ class _Motion:
         alike = len(names) == 1 and all({*x.coefficients(names)} == {(1,)} for x in entries)
         return self._ring[names[0]] if alike and entries else None
 
+    @property
+    def _independent(self) -> list[int]:
+        """The velocities that are independent."""
+        return _alone(self._allowed.basis)
+
+    def _turn(self) -> list[Column]:
+        """Return δv by each independent δq while no independent velocity deviates."""
+        slips = self._slopes(self._slips, self._q)
+
+        def turn(column: Column) -> Column:
+            back = [-x for x in _mix(column, slips)]
+            return self._allowed.reach(self._ring, self._J, back)
+
+        return list(map(turn, self._place))
+
+    def _weigh(self) -> list[Series]:
+        """Return the λ of the motion, which balances it."""
+        return self._allowed.weigh(self._ring, self._J, self._values(self._rest)) if self._J else []
+
     def _close(self, gaps: Sequence[Value], ranks: Sequence[int]) -> list[Column]:
         """Close loops and put wheels on the ground; return the displacements that keep them so."""
         slopes = self._slopes(gaps, self._q)
@@ -405,7 +455,7 @@ class _Motion:
                 f"the motion of {self._name!r} is not steady for all values of the parameters: "
                 f"{changing} is left of its forces"
             )
-        weights = self._allowed.weigh(self._ring, self._J, rest) if self._J else []
+        weights = self._weigh()
         held = [self._slopes(row, self._q) for row in self._jacobian]
         balances = []
         for k, column in enumerate(self._slopes(self._rest, self._q)):
@@ -444,6 +494,24 @@ class _Motion:
         near = Fraction(scalar).limit_denominator(_FINEST)
         close = abs(float(near) - scalar) <= NEAT * abs(scalar)
         return self._ring.number(near if close else Fraction(scalar))
+
+
+def _divide_apart(entry: Series) -> Expression:
+    """Return an entry as the few of its terms that a letter divides stand apart from the others."""
+    ring, rare = entry.ring, list[str]()
+    for name in (generator.name for generator in entry.generators()):
+        powers = entry.coefficients([name])
+        count = sum(len(part) for (e,), part in powers.items() if e < 0)
+        if 0 < 2 * count < len(entry):
+            rare.append(name)
+    divided = dict[tuple[int, ...], Series]()
+    for exponents, part in entry.coefficients(rare).items():
+        below = tuple(min(e, 0) for e in exponents)
+        letters = (ring[name] ** e for name, e in zip(rare, exponents, strict=True))
+        divided[below] = divided.get(below, ring.number(0)) + reduce(mul, letters, part)
+    ordered = [divided[by] for by in sorted(divided, key=sum, reverse=True)]
+    apart = join(shorter(expression(x), Expression((to_formula(x),), False)) for x in ordered)
+    return shorter(expression(entry), apart)
 
 
 def _entrywise(

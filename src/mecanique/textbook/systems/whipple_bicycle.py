@@ -286,6 +286,7 @@ SYSTEM = System(
         ),
     ),
     forms={
+        "yaw' = -(v steer + c steer') cos(tilt)/w": "Meijaard et al. 2007, sect. 4",
         "K0_11 = -mR rR - mB zB - mH zH - mF rF": "Meijaard et al. 2007, appendix A: m_T z_T",
         "C1_21 = -(c/w (IRyy/rR + IFyy/rF) + IFyy/rF) cos(tilt)": (
             "Meijaard et al. 2007, appendix A: -(μ S_T + S_F cos λ)"
