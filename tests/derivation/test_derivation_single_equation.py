@@ -70,6 +70,22 @@ def test_what_is_printed_reads_back_and_agrees_with_x_of_theta() -> None:
     assert np.abs(residual(str(one.equation), values)).max() > 1e-4
 
 
+def test_a_coupler_turns_by_one_and_its_coefficient() -> None:
+    """Of a rod from the crank, at a relative angle, J holds the absolute rate: 1 + K_theta."""
+    one = mq.reduce_loops(textbook.load("four_bar_linkage"), "phi")
+    assert one.coefficients["J"] == (
+        "(m1 + 3 m2) a^2/3 + m2 a b (1 + K_theta) cos(theta) + m3 c^2 K_psi^2/3"
+        " + m2 b^2 (1 + K_theta)^2/3"
+    )
+    names = ("m2", "m3", "a", "b", "c", "theta", "K_theta", "K_psi", "L_theta", "L_psi")
+    values = dict(zip(names, np.random.default_rng(3).normal(size=(10, 5)), strict=True))
+    m2, m3, a, b, c, theta, K, K_psi, L, L_psi = values.values()
+    # half the derivative of J along the motion, where theta' = K phi'
+    N = m2 * a * b * (L * cos(theta) - (1 + K) * K * sin(theta)) / 2
+    N += m2 * b**2 * (1 + K) * L / 3 + m3 * c**2 * K_psi * L_psi / 3
+    assert np.abs(value_of_text(one.coefficients["N"], values) - N).max() < 1e-13
+
+
 @pytest.mark.parametrize("name", ["four_bar_linkage", "bars_and_springs_loop"])
 def test_coefficients_divide_by_nothing_that_vanishes_in_regular_positions(name: str) -> None:
     """Denominators vanish with the determinant of the loop's slopes, by central differences."""

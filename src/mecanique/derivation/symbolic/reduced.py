@@ -635,14 +635,32 @@ class _Reducing:
         )
 
     def _by_coefficients(self, series: Series) -> Expression:
-        """Collect a series by kinematic coefficients."""
-        letters = [*self.K.values(), *self.L.values()]
+        """Collect a series by kinematic coefficients, or by 1 + K where that has fewer terms.
+
+        For an angle against a body that turns with the coordinate kept, 1 + K is the ratio of the
+        absolute angular velocity.
+        """
+        ring, one = self.ring, self.ring.number(1)
+        letters = {name_of(letter): letter for letter in (*self.K.values(), *self.L.values())}
+        turned = set[str]()
+        for name in map(name_of, self.K.values()):
+            slope = letters[name] - one
+            by_power = series.coefficients([name]).items()
+            shifted = tidy(ring.sum(part * slope**p for (p,), part in by_power))
+            if len(shifted) < len(series):
+                series = shifted
+                turned.add(name)
         parts = []
-        for powers, rest in series.coefficients([*map(name_of, letters)]).items():
-            product = rest
-            for letter, p in zip(letters, powers, strict=True):
-                product = product * letter**p
-            parts.append((sum(powers), expression(product)))
+        for powers, rest in series.coefficients([*letters]).items():
+            product, ratios = rest, number(1)
+            for (name, letter), p in zip(letters.items(), powers, strict=True):
+                if name in turned:
+                    ratios = multiply(ratios, (add([*expression(one + letter).terms]), p))
+                else:
+                    product = product * letter**p
+            whole = expression(product)
+            terms = tuple(multiply(term, ratios) for term in whole.terms)
+            parts.append((sum(powers), replace(whole, terms=terms)))
         ordered = sorted(parts, key=lambda part: part[0])
         return join(part for _, part in ordered) if ordered else expression(series)
 
