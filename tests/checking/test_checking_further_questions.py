@@ -8,7 +8,96 @@ import mecanique as mq
 
 BLOCKS = "v1' = (k2 q2 - (k1 + k2) q1)/m1; v2' = (F + k2 (q1 - q2))/m2"
 
+MATRICES = "[[0,0,1,0],[0,0,0,1],[-(k1+k2)/m1,k2/m1,0,0],[k2/m2,-k2/m2,0,0]]"
+
 ANSWERED = (
+    # vectors and matrices, whether a vector is written as a row or a column
+    ("simple_pendulum", "state space", "[q', w'] = [w, -g/l sin(q)]", "right", ""),
+    ("simple_pendulum", "state space", "[q', w'] = [w, g/l sin(q)]", "wrong", "sign"),
+    ("simple_pendulum", "state space", "[q', q''] = [q', q'']", "wrong", "holds for any motion"),
+    (
+        *("simple_pendulum", "state space"),
+        r"\begin{pmatrix}\dot q\\ \dot\omega\end{pmatrix} = "
+        r"\begin{pmatrix}\omega\\ -\frac{g}{l}\sin q\end{pmatrix}",
+        *("right", ""),
+    ),
+    (
+        *("two_blocks", "state space"),
+        f"[q1', q2', v1', v2'] = {MATRICES} [q1, q2, v1, v2] + [0,0,0,1/m2] F",
+        *("right", ""),
+    ),
+    (
+        *("two_blocks", "state space"),
+        rf"\dot{{x}} = A x + B u, A = {MATRICES}, B = [0,0,0,1/m2], u = F, x = [q1,q2,q1',q2']",
+        *("right", ""),
+    ),
+    ("two_blocks", "Hamilton's equations", "[q1', q2'] = [p1/m1, p2/m2]", "incomplete", "2 of 4"),
+    # Lagrange's equation with a Lagrangian that the answer gives
+    (
+        *("simple_pendulum", "equation of motion"),
+        "L = T - V, T = m l^2 q'^2/2, V = -m g l cos q; d/dt[dL/dq'] - dL/dq = 0",
+        *("right", ""),
+    ),
+    (
+        *("simple_pendulum", "equation of motion"),
+        "L = m l^2 q'^2/2 - m g l cos q; d/dt[dL/dq'] - dL/dq = 0",
+        *("wrong", "sign"),
+    ),
+    (
+        *("simple_pendulum", "equation of motion", "L = 0; d/dt dL/dq' - dL/dq = 0"),
+        *("wrong", "holds for any motion"),
+    ),
+    (
+        *("kepler_orbit", "equation of motion"),
+        r"\mathcal{L} = T - V = m/2 (\dot r^2 + r^2 \dot\varphi^2) + m \mu/r \\"
+        r"\frac{d}{dt}\frac{\partial \mathcal L}{\partial \dot r} = "
+        r"\frac{\partial\mathcal L}{\partial r},"
+        r"\frac{d}{dt}\left(\frac{\partial \mathcal L}{\partial \dot\varphi}\right) = 0",
+        *("right", ""),
+    ),
+    (
+        *("simple_pendulum", "equation of motion"),
+        "L = m l^2 q'^2/2 + m g l cos q; D[D[L, q'[t]], t] - D[L, q[t]] == 0",
+        *("right", ""),
+    ),
+    ("simple_pendulum", "momentum of q", "p = ∂L/∂q̇ = m l² q̇", "right", "set aside"),
+    (
+        *("simple_pendulum", "Hamilton's equations"),
+        "dq/dt = ∂H/∂p = p/(m l^2); dp/dt = -∂H/∂q = -m g l sin q",
+        *("right", ""),
+    ),
+    ("simple_pendulum", "Hamiltonian", "H(q,p) = p^2/(2 m l^2) - m g l cos q", "right", ""),
+    ("simple_pendulum", "potential energy", "V(q) = - m g l cos q", "right", ""),
+    ("simple_pendulum", "Lagrangian", r"\mathcal L = m l^2\dot q^2/2 + mgl\cos q", "right", ""),
+    # each of several coordinates by the list of its values
+    ("double_pendulum", "equilibrium", "q1 = 0 or π, q2 = 0 or π", "right", ""),
+    ("double_pendulum", "equilibrium", "q1 = 0 or π, q2 = 0", "incomplete", "is missing"),
+    ("double_pendulum", "equilibrium", "q1 = 0 or π, q2 = 0 or π or 1", "wrong", ""),
+    ("cart_pole", "equilibrium", "q = 0 or q = π, x arbitrary", "right", ""),
+    ("simple_pendulum", "equilibrium", "q = 0 (stable), q = π (unstable)", "right", ""),
+    (
+        *("bead_on_hoop", "equilibrium"),
+        "theta = 0; theta = pi; theta = ±acos(g/(W^2 R)) if g <= W^2 R",
+        *("right", ""),
+    ),
+    # a subscript of one's own, units beside a letter of the system, and both signs of a rate
+    (
+        *("elastic_pendulum", "frequency", "ω_r = √(k/m), ω_θ = √(g/(l0 + m g/k))"),
+        *("right", "nearest to zero"),
+    ),
+    ("simple_pendulum", "frequency", "3.13 m/s", "wrong", "units"),
+    ("spherical_pendulum", "steady motion", "φ̇ = √(g/(l cos θ))", "right", ""),
+    ("simple_pendulum", "reaction", "N = m g cos q + m l q'^2", "right", ""),
+    (
+        *("double_pendulum", "mass matrix"),
+        "{{m1 l1^2/3 + m2 l1^2, m2 l1 l2 Cos[q2 - q1]/2}, {m2 l1 l2 Cos[q2 - q1]/2, m2 l2^2/3}}",
+        *("right", ""),
+    ),
+    (
+        *("cart_pole", "mass matrix", "M11 = M + m, M12 = M21 = m l cos q, M22 = m l^2"),
+        *("right", ""),
+    ),
+    ("cart_pole", "mass matrix", "M11 = M + m, M12 = m l sin q, M22 = m l^2", "wrong", "cos"),
     ("simple_pendulum", "Hamiltonian", "H = p^2/(2 m l^2) - m g l cos q", "right", ""),
     ("simple_pendulum", "Hamiltonian", "m l^2 q'^2/2 - m g l cos q", "right except for form", "q'"),
     ("simple_pendulum", "Hamiltonian", "p^2/(m l^2) - m g l cos q", "wrong", "twice"),
@@ -162,7 +251,6 @@ ANSWERED = (
     ("two_link_arm", "equilibrium force", "tau2 = m2 g l2 cos(q1 + q2)", "wrong", ""),
     ("spherical_pendulum", "steady motion", "phi'^2 = g/(l cos theta)", "right", ""),
     ("spherical_pendulum", "steady motion", "cos theta = g/(l phi'^2)", "right", ""),
-    ("spherical_pendulum", "steady motion", "phi' = sqrt(g/(l cos theta))", "incomplete", "other"),
     ("spherical_pendulum", "steady motion", "phi'^2 = g/l", "wrong", ""),
     (
         *("spherical_pendulum", "steady motion"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from types import MappingProxyType
@@ -50,8 +50,13 @@ _DENOMINATOR = re.compile(r"/(\d+[^\W\d_]\w*)(?![\w({])")
 _RATE = re.compile(r"(?:v|w|u|omega)(\d?)")
 """Usual letters of rates in a state-space form."""
 
-_OF_POSITION = re.compile(r"(?<=M)\}?\s*\([^()=]*\)(?=\s*&?=)")
-"""What the matrix in M(q) = … depends on."""
+_OF_STATE = re.compile(
+    r"(?P<name>[A-Za-z]+)(?P<brace>\}?)\s*(?:\\left\s*)?\([^()=+*/^-]*\)(?=\s*&?=)"
+)
+"""What M(q) = … or H(q, p) = … depends on."""
+
+_ENTRY = re.compile(r"\$?M_?\{?(?P<row>\d),?(?P<column>\d)\}?\s*&?=\s*")
+"""An entry of a mass matrix that is given by itself, as in M12 = …"""
 
 
 def check(
@@ -166,8 +171,10 @@ class Checker:
 
     def _judge(self, text: str, ask: str, let: Sequence[str] | Mapping[str, str]) -> Check:
         letters, quantity = self.find_letters(ask, let)
+        if quantity.kind != "motion":
+            text = _drop_arguments(text, quantity.letters)
         if quantity.kind == "matrix":
-            text = _OF_POSITION.sub("", text)
+            text = _write_matrix_out(text)
         if quantity.kind == "equilibrium":
             text = write_positions_out(text, self.mechanism.coordinates.names)
         if ask == "state space" and len(letters.rates) == 2 and not letters.find("x1"):
@@ -255,7 +262,11 @@ class Checker:
         quantity = self.ask(ask)
         own = {*self.mechanism.values, *self.mechanism.coordinates, *self.mechanism.velocities}
         further = [name for name in quantity.names if name not in own]
-        return self._letters(let, further, quantity.functions), quantity
+        letters = self._letters(let, further, quantity.functions)
+        for alias, name in quantity.aliases.items():
+            if letters.find(alias) is None:
+                letters = define(f"{alias} = {name}", letters)[2]
+        return letters, quantity
 
     def list_letters(
         self, ask: str = "equation of motion", let: Sequence[str] | Mapping[str, str] = ()
@@ -440,6 +451,36 @@ class Checker:
                 "another letter",
                 definition,
             )
+
+
+def _drop_arguments(text: str, letters: Collection[str]) -> str:
+    """Return an answer without what its quantity depends on."""
+
+    def drop(match: re.Match[str]) -> str:
+        return match["name"] + match["brace"] if match["name"] in letters else match[0]
+
+    return _OF_STATE.sub(drop, text)
+
+
+def _write_matrix_out(text: str) -> str:
+    """Return M11 = …, M12 = M21 = … as a matrix; an entry below the diagonal may be left out."""
+    names = list(_ENTRY.finditer(text))
+    ends = [*(name.start() for name in names), len(text)][1:]
+    entries, chained = dict[tuple[int, int], str](), list[tuple[int, int]]()
+    for name, end in zip(names, ends, strict=True):
+        chained.append((int(name["row"]), int(name["column"])))
+        if formula := text[name.end() : end].strip("\n\\ ,;$"):
+            entries |= dict.fromkeys(chained, formula)
+            chained = []
+    entries = {place[::-1]: formula for place, formula in entries.items()} | entries
+    size = max((max(place) for place in entries), default=0)
+    if len(entries) < max(size**2, 1):
+        return text
+    columns = range(1, size + 1)
+    rows = list[str]()
+    for row in columns:
+        rows.append(", ".join(entries[row, column] for column in columns))
+    return f"[{'; '.join(rows)}]"
 
 
 def _name_idle(term: Node | None, text: str) -> str:

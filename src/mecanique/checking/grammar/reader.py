@@ -20,6 +20,7 @@ from mecanique.checking.grammar import tree
 from mecanique.checking.grammar.letters import KnownLetters, key_of
 from mecanique.checking.grammar.mathml import is_mathml, text_of
 from mecanique.checking.grammar.scanner import Scanner, Token
+from mecanique.checking.grammar.tables import write_out
 from mecanique.checking.grammar.tree import FUNCTIONS, Node
 from mecanique.errors import FormulaError
 from mecanique.model.mechanism import Mechanism
@@ -333,11 +334,18 @@ _VALUES = re.compile(
 )
 _OR = re.compile(r"\b(?:and|or|und|oder)\b")
 _LISTED = re.compile(r"([^=;()\n]+)=([^=;()\n]+)")
+_REMARK = re.compile(
+    r"[ ,;]*(?:(?:\band )?\b\w+ (?:is )?(?:arbitrary|any|free|beliebig)\b|\bany \w+\b(?![ ]*[=(])"
+    r"|\b(?:if|when|for|provided|falls|wenn|si)\b[^=\n;]*(?:[<>≤≥]|\\[lg]eq?(?![a-z]))[^\n;]*)"
+)
+"""What is free in an equilibrium, and for which parameters there is one."""
+
 _SET = re.compile(r"\s*\$?(\S+?)\s*(?:=|∈|\\?in\b)\s*\\?\{([^{}]*?)\\?\}\s*\$?\s*")
 
 
 def write_positions_out(text: str, names: Sequence[str]) -> str:
     """Return an answer such as (0, 0), (0, π), or 0, π of a single coordinate, as equations."""
+    text = _REMARK.sub("", text)
     if len(names) == 1:
         listed = _SET.fullmatch(text)
         if listed and key_of(listed[1].strip("\\")) == key_of(names[0]):
@@ -441,7 +449,8 @@ def read_answer(text: str, letters: KnownLetters) -> ReadText:
     restated = [statement for statement in statements if _is_restated(statement, text)]
     if len(restated) < len(statements):
         statements = [statement for statement in statements if statement not in restated]
-        defined |= {statement.text: statement.text for statement in restated}
+        judged = {statement.text for statement in statements}
+        defined |= {said.text: said.text for said in restated if said.text not in judged}
     notes = [*scanner.notes, *(f"taken as a definition: '{said}'" for said in defined.values())]
     return ReadText(tuple(statements), scanner.letters, tuple(notes))
 
@@ -451,7 +460,9 @@ def _is_restated(statement: Statement, text: str) -> bool:
     if len(statement.sides) != 2:
         return False
     first, second = statement.sides
-    return first.quote(text) != second.quote(text) and _key_of(first) == _key_of(second)
+    # an entry of a vector that is defined elsewhere is not written here at all
+    left, right = first.quote(text), second.quote(text)
+    return (left != right or not left) and _key_of(first) == _key_of(second)
 
 
 def _key_of(node: Node) -> tuple[object, ...]:
@@ -556,7 +567,12 @@ def _statements(sides: list[list[Node]], text: str) -> Iterator[Statement]:
             parts = list(parts[0].parts)
         if any(_is_equation(node) for part in parts for node in part.walk()):
             raise FormulaError("Eq(…, …) is an equation, and stands alone in its line", text, start)
-        yield Statement(tuple(parts), " ".join(text[start:end].split()), start)
+        try:
+            equations = write_out(parts)
+        except FormulaError as error:
+            raise FormulaError(str(error), text, start) from None
+        for equation in equations:
+            yield Statement(equation, " ".join(text[start:end].split()), start)
 
 
 def _is_equation(node: Node) -> bool:

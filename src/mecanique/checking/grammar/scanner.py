@@ -53,6 +53,7 @@ _DOTS = {"\u0307": "'", "\u0308": "''", "\u20db": "'''"}
 _NUMBERED = re.compile(r"^[^\S\n]*\(?(\d{1,2})\)[^\S\n]+(?=\S)", re.MULTILINE)
 _FONTS = r"math(?:rm|it|bf|sf|bb|cal|ord)|text(?:rm|bf|it)?|operatorname\*?|boldsymbol|bm|vec"
 _BOX = re.compile(rf"\\(?:boxed|fbox|ensuremath|{_FONTS})\s*\{{")
+_BARE_FONT = re.compile(rf"\\(?:{_FONTS})\s+(?=[A-Za-z]\b)")
 _FONT = re.compile(rf"\\(?:{_FONTS})\s*\{{\s*(?P<word>(?:[A-Za-z0-9]|\\?_)+)\s*\}}")
 
 
@@ -66,6 +67,15 @@ _REWRITES = (
     (re.compile(r"\bD\[\s*(\w+)\[t\]\s*,\s*\{\s*t\s*,\s*2\s*\}\s*\]"), r"\1''"),
     (re.compile(r"=>|->"), "\n"),
     (re.compile(r"(?<=\d)\s*(?:\^\s*\{?\s*\\circ\s*\}?|deg(?:rees?)?\b)"), "°"),
+    # of a function of time alone ∂/∂t is d/dt, and of a Lagrangian d/dq is partial anyway
+    (re.compile(r"(?:\\partial(?![A-Za-z])|∂)"), "d "),
+    (
+        re.compile(
+            r"(?<![.\w])(?:diff\(|D\[)\s*(\w+)\s*,\s*(?!t\b)([^\W\d]\w*'?)(?:\[t\]|\(t\))?\s*[)\]]"
+        ),
+        r"d\1/d\2",
+    ),
+    (re.compile(r"\b(?:diff\(|D\[)\s*(d\w+/d\w+'?)\s*,\s*t\s*[)\]]"), r"d/dt(\1)"),
     # LaTeX's decimal comma
     (re.compile(r"(?<=\d)\{,\}(?=\d)"), "."),
     # integrals of Mathematica and SymPy
@@ -75,6 +85,9 @@ _REWRITES = (
     ),
     (re.compile(r"\bIntegral\((.*),\s*\((\w+),([^,]+),([^,]+)\)\s*\)"), r"integral(\1,\2,\3,\4)"),
 )
+_BRACES = re.compile(r"(?<![_^\w}])\{(?:\s*\{[^{}]*,[^{}]*\}\s*,?)+\s*\}")
+"""A matrix of Mathematica."""
+
 _BOUND = r"(\{(?:[^{}]|\{[^{}]*\})*\}|\\[A-Za-z]+|\w+)"
 _INTEGRAL = re.compile(
     rf"(?:\\int(?:\\limits)?|∫)\s*_\s*{_BOUND}\s*\^\s*{_BOUND}(?P<body>[^\n;=]*)"
@@ -84,11 +97,6 @@ _OF_VARIABLE = re.compile(
     r"\s*(?:(?P<brace>\})|(?P<over>/)|$|[.,]?\s*$)"
 )
 """The dq of an integral: above a fraction, before a slash, or at the end."""
-
-_PARTIAL = re.compile(r"(?:\\partial(?![A-Za-z])|∂)")
-_PARTIAL_BY = re.compile(
-    r"(?:\\partial(?![A-Za-z])|∂)\s*\{?\s*\\?([A-Za-z]+)\s*(?:\^\s*\{?\d\}?)?\s*(?:\}|\)|\s|$)"
-)
 
 
 @final
@@ -105,7 +113,7 @@ class PlacedText:
         placed = cls(*_unify(text))
         placed.drop_spaces()
         placed.splice(_find_numbers(placed.plain))
-        placed.splice(_find_fonts(placed.plain))
+        placed.splice(sorted(_find_fonts(placed.plain)))
         placed.splice(_find_boxes(placed.plain))
         placed.drop_spaces()
         return placed
@@ -134,17 +142,16 @@ class PlacedText:
 
     def rewrite(self) -> None:
         """Put our spellings for those of other programs."""
+        for table in _BRACES.finditer(self.plain):
+            inner = table[0].replace("{", "[").replace("}", "]")
+            self.blank(*table.span(), inner)
         if re.fullmatch(r"\s*\{.*==.*\}\s*", self.plain, re.DOTALL):
             for brace in (self.plain.index("{"), self.plain.rindex("}")):
                 self.blank(brace, brace + 1)
-        rewrites: tuple[tuple[re.Pattern[str], str], ...] = _REWRITES
-        if "t" in [match[1] for match in _PARTIAL_BY.finditer(self.plain)]:
-            # of a function of time alone, ∂/∂t is d/dt
-            rewrites = (*rewrites, (_PARTIAL, "d "))
         self.splice(
             [edit for match in _INTEGRAL.finditer(self.plain) for edit in _integrate(match)]
         )
-        for pattern, spelling in rewrites:
+        for pattern, spelling in _REWRITES:
             self.splice((*m.span(), m.expand(spelling)) for m in pattern.finditer(self.plain))
 
 
@@ -212,6 +219,8 @@ def _find_numbers(plain: str) -> list[_Edit]:
 
 def _find_fonts(plain: str) -> Iterator[_Edit]:
     """Yield what LaTeX's font commands write around words, and the backslashes in these."""
+    for bare in _BARE_FONT.finditer(plain):
+        yield *bare.span(), " "
     for font in _FONT.finditer(plain):
         # a space, as letters may touch the backslash of the command
         yield font.start(), font.start("word"), " "
@@ -254,6 +263,15 @@ _OF_LAGRANGIAN = re.compile(
     r"(?:\\partial(?![A-Za-z])|∂)\s*\{?\s*(?:\\mathcal\s*\{?\s*|\\mathscr\s*\{?\s*)?[LT](?![A-Za-z])"
 )
 """Lagrange's equation as such, with ∂L or ∂T."""
+
+_PARTIAL = r"(?:\\partial(?![A-Za-z])|∂|d)\s*"
+_BETWEEN = re.compile(
+    rf"(?<==)\s*(?:-?\s*(?:\\[dt]?frac\s*\{{\s*)?{_PARTIAL}(?:\\mathcal\s*)?(?P<slope>[LTH])\s*(?:/|\}}\s*\{{)"
+    rf"\s*{_PARTIAL}(?:\\dot\s*)?[^=\n;,/+-]{{1,24}}|(?P<sum>[TK])\s*[-+]\s*[VU]\s*)="
+)
+"""∂L/∂q' or T − V between two equals signs, and the second of these."""
+
+_ENERGY = re.compile(r"\s*\$?\s*(?:\\mathcal\s*)?\{?[LTVU]\}?\s*&?=")
 
 _INTEGER = re.compile(
     r"[,;]?\s*\(?\s*[A-Za-z]\s*(?:\\in(?![A-Za-z])|∈|ϵ)\s*\{?\s*(?:\\?Z|ℤ|\\mathbb\s*\{?\s*Z\s*\}?)\s*\}?\)?"
@@ -371,7 +389,6 @@ _REMEDIES = {
     "!": "factorials have no place in a formula of mechanics",
     "%": "write a number",
     "°": "write it behind a number, as in q = 30°",
-    "∂": "write partial derivatives out",
     "∫": "write integral(f, x, a, b) for an integral over x from a to b",
 }
 """What to write instead of signs that formulas do not have."""
@@ -399,7 +416,8 @@ _FRACTION = re.compile(
 )
 _BY = re.compile(
     rf"(?:\\[dt]?frac\s*\{{\s*)?{_D}\s*(?:\^?\s*\{{?\s*(?P<order>[23])\s*\}}?)?\s*(?P<word>{LETTER})\s*"
-    rf"(?:/|\}}\s*\{{)\s*{_D}\s*(?P<by>{LETTER}?)\s*(?:\^\s*\{{?\s*(?P<again>[23])\s*\}}?)?\s*\}}?"
+    rf"(?:/|\}}\s*\{{)\s*{_D}\s*(?P<by>(?:\\dot\s*\{{?\s*)?{LETTER}(?:_\{{?[^\W_]+\}}?)?'?|)\s*"
+    r"(?:\^\s*\{?\s*(?P<again>[23])\s*\}?)?\s*\}?"
 )
 _DOT = re.compile(
     r"\\(?P<dots>d{1,3})ot\s*"
@@ -502,6 +520,8 @@ class Scanner:
             return at + 1
         if sign == "\\":
             return self._command(at)
+        if sign == ":" and text[at + 1 : at + 2] in ("", " ", "\n"):
+            return self._put("NEWLINE", "\n", at, at + 1)
         if text.startswith("&&", at) and not self._tables:
             return self._put("NEWLINE", "\n", at, at + 2)
         if sign == "&":
@@ -564,7 +584,7 @@ class Scanner:
             return end
         unit = re.sub(r"[\s{}]", "", unit_match["unit"])
         letters = re.findall(r"[A-Za-z]+", unit)
-        if any(self.letters.find(word) is not None for word in letters):
+        if letters and all(self.letters.find(word) is not None for word in letters):
             return end
         symbol, factor = UNITS[unit]
         self._put("TIMES", "*", *unit_match.span())
@@ -736,8 +756,11 @@ class Scanner:
         """Replace by spaces what a formula is about: Lagrange's equation, integers, decimals."""
         lines = [line for line in _LINE.finditer(self._plain) if line[0].strip()]
         remarks = [line.span() for line in lines if _OF_LAGRANGIAN.search(line[0])]
-        if len(remarks) == len(lines):
-            remarks = []
+        if all(_OF_LAGRANGIAN.search(line[0]) or _ENERGY.match(line[0]) for line in lines):
+            remarks = []  # it is the equation itself, with a Lagrangian that is given
+        for match in _BETWEEN.finditer(self._plain):
+            if self.letters.find(match["slope"] or match["sum"]) is None:
+                remarks.append(match.span())
         remarks += [match.span() for match in _INTEGER.finditer(self._plain)]
         for line in lines:
             for match in _APPROXIMATELY.finditer(self._plain, *line.span()):
@@ -762,6 +785,10 @@ class Scanner:
             first, last = prose[0].start(), prose[-1].end()
             before = self._plain[:first].rstrip(" ")
             after = self._plain[last:].lstrip(" :,.")
+            if before.endswith("(") and after.startswith(")"):
+                first, last = len(before) - 1, self._plain.index(")", last) + 1
+                self._placed.blank(first, last)
+                continue
             joined = before[-1:] not in ("", "\n", *",;.:)}$") and before[-1:] in _BINARY
             joined |= after[:1] in (*_BINARY, "(", "[", "_", "^", "'") and after[:1] not in (
                 "-",
@@ -830,6 +857,8 @@ class Scanner:
         function = self.letters.functions.get(word) or SPELLINGS.get(word, word)
         if not dots and function in FUNCTIONS:
             return self._put("FUNCTION", function, at, end)
+        if "_" in word and not dots and (name := self._find_numbered(word.partition("_")[0])):
+            return self._put("NAME", name, at, end)
         pieces = self._split(word, dots)
         if pieces is None and not dots and (rate := self._find_rate(word)):
             return self._put("NAME", rate, at, end)
@@ -847,6 +876,12 @@ class Scanner:
             else:
                 self._put("NAME", piece, *place)
         return end
+
+    def _find_numbered(self, word: str) -> str | None:
+        """Return a letter that is asked for in several values, as omega1 and omega2."""
+        names = [self.letters.find(word), self.letters.find(f"{word}1")]
+        asked = [name for name in names if name and self.letters.kinds[name] == "other"]
+        return asked[0] if len(asked) == 2 else None
 
     def _find_rate(self, word: str) -> str | None:
         """Return the rate that a word such as dq or ddq denotes, if any."""
@@ -887,31 +922,41 @@ class Scanner:
 
     def _is_moving(self, word: str) -> bool:
         """Return whether a word is a letter with a rate."""
-        name = self.letters.find(clean(word))
-        return name is not None and name in self.letters.rates
+        return self.letters.find(clean(word) + "'") is not None
 
     def _put_derivative(self, word: str, order: int, match: re.Match[str]) -> int:
         """Add a letter's time derivative; return the position after it."""
         return self._put_word(clean(word) + "'" * order, match.start(), match.end())
 
     def _put_derivative_by(self, match: re.Match[str]) -> int:
-        """Add d²u/dφ², by another coordinate than the time; return the position after it, or 0."""
-        # by the chain rule du/dφ = u'/φ', and once more for the second derivative
-        word, by = (self.letters.find(clean(match[name] or "")) for name in ("word", "by"))
-        rates = self.letters.rates
-        if word not in rates or by not in rates or not (word and by):
+        """Add d²u/dφ² or ∂L/∂q', not by the time; return the position after it, or 0."""
+        primes = "'" * (match["by"].count("'") + match["by"].count("\\dot"))
+        by = self.letters.find(clean(re.sub(r"\\dot|'", "", match["by"])) + primes)
+        word, order = self.letters.find(clean(match["word"])), int(match["order"] or 1)
+        if by is None or by not in self.letters.rates or order != int(match["again"] or 1):
             return 0
-        order = int(match["order"] or 1)
-        if order != int(match["again"] or 1):
+        if word is None and self.letters.find("d") is None:
+            self.unknown.setdefault(clean(match["word"]), match.start())
+            return self._put("NAME", clean(match["word"]), *match.span())
+        if word is None:
             return 0
-        slope, turning = self.letters.node(word), self.letters.node(rates[by])
-        for _ in range(order):
-            slope = tree.divide(tree.rate(slope, self.letters.rate_nodes), turning)
+        slope, along = self.letters.node(word), self.letters.node(by)
+        velocities = {name for name, kind in self.letters.kinds.items() if kind == "velocity"}
+        if slope.letters & {along.name, *velocities}:
+            for _ in range(order):
+                slope = tree.rate(slope, {along.name: tree.number(1)})
+        elif word in self.letters.rates:
+            # by the chain rule du/dφ = u'/φ', and once more for the second derivative
+            turning = self.letters.node(self.letters.rates[by])
+            for _ in range(order):
+                slope = tree.divide(tree.rate(slope, self.letters.rate_nodes), turning)
+        else:
+            slope = tree.number(0)
         name = f"d{order}_{word}_{by}"
         self.letters = self.letters.define(
             name, slope.put_at(self._placed.places[match.start()]), {}
         )
-        return self._put("NAME", name, match.start(), match.end())
+        return self._put("NAME", name, *match.span())
 
     def explain_unknown(self) -> FormulaError:
         """Return an error that names the unknown letters."""

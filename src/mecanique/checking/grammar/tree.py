@@ -223,6 +223,8 @@ def _rate(node: Node, rates: Mapping[str, Node | None]) -> Node:
             return add(*slopes)
         case "negative":
             return negate(slopes[0])
+        case "table":
+            return compound("table", *slopes, columns=node.columns)
         case "product":
             terms = []
             for k, slope in enumerate(slopes):
@@ -237,7 +239,7 @@ def _rate(node: Node, rates: Mapping[str, Node | None]) -> Node:
         case "power" if not slopes[1].is_zero:
             what = "the time derivative of a power with a changing exponent is not known"
             raise FormulaError(what)
-    if all(slope.is_zero for slope in slopes) and node.kind != "table":
+    if all(slope.is_zero for slope in slopes):
         return number(0)
     if node.kind == "power":
         base, exponent = node.parts

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
-from itertools import product
+from itertools import groupby, product
 from typing import TypeAlias, final
 
 import numpy as np
@@ -244,7 +244,7 @@ def judge_positions(
     """Return the positions that an answer names, and the names of equilibria that it lacks."""
     equilibria = equilibria_of(truth)
     positions = []
-    for group in _group(name_values(statements), equilibria):
+    for group in _combine(name_values(statements), equilibria):
         written = set().union(*(side.letters for statement in group for side in statement.sides))
         whole = [name for name in INTEGERS if name in written - equilibria.at_zero.keys()]
         for numbers in product(_WHOLE, repeat=len(whole)):
@@ -269,6 +269,19 @@ def judge_positions(
             break
     wrong = any(position.worst or position.fault for position in positions)
     return positions, [] if wrong else list(missing)[:_SHOWN]
+
+
+def _combine(statements: Sequence[Statement], known: Equilibria) -> Iterator[list[Statement]]:
+    """Yield the lines of each position; q1 = 0 or π, q2 = 0 or π are four of them."""
+    runs = [(name, list(run)) for name, run in groupby(statements, lambda line: line.sides[0].name)]
+    names, coordinates = [name for name, _ in runs], {*known.coordinates}
+    given = all(
+        line.is_equation and not line.sides[-1].letters & coordinates for line in statements
+    )
+    if given and sorted(names) == sorted({*names} & coordinates):
+        yield from map(list, product(*(run for _, run in runs)))
+    else:
+        yield from _group(statements, known)
 
 
 def _group(statements: Sequence[Statement], known: Equilibria) -> Iterator[list[Statement]]:

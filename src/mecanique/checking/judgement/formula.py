@@ -517,7 +517,10 @@ def _judge_steady(
         name = rates[0]
         roots = _find_rates(truth, quantity, name)
         apart = np.abs(roots[0] - roots[1])
-        several = bool((apart > 1e-6 * np.nanmax(np.abs(roots))).any())
+        # the same motion backwards is no other
+        turned = np.abs(roots[0] + roots[1])
+        small = 1e-6 * np.nanmax(np.abs(roots))
+        several = bool((apart > small).any() and (turned > small).any())
         cases = [{**quantity.more, name: root} for root in roots]
         tried = [_residual(statement, truth, {}, "", text, case) for case in cases]
         holds = [residual.holds and bool(residual.finite.any()) for residual in tried]

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial, reduce
+from functools import cached_property, partial
 from itertools import pairwise, permutations
-from typing import Any, TypeAlias, final
+from typing import final
 
 import numpy as np
 import numpy.typing as npt
@@ -20,82 +20,10 @@ from mecanique.checking.grammar.tape import (
     Rows,
     find_sign_changes,
 )
-from mecanique.checking.grammar.tree import Node, add, divide, multiply, negate
+from mecanique.checking.grammar.tree import Node, add, negate, number
 from mecanique.checking.judgement.truth import Sample, Truth
 from mecanique.errors import FormulaError
 from mecanique.model.random_positions import angles
-
-Table: TypeAlias = npt.NDArray[np.object_]
-"""A matrix of formulas."""
-
-
-def write_out(node: Node) -> list[Node]:
-    """Return the entries of a column or a row of formulas; a single formula is the only entry."""
-    expanded = _expand(node)
-    if isinstance(expanded, Node):
-        return [expanded]
-    if min(expanded.shape) > 1:
-        raise FormulaError("expected an equation, got a matrix")
-    return list(expanded.flat)
-
-
-def _expand(node: Node) -> Table | Node:
-    if all(part.kind != "table" for part in node.walk()):
-        return node
-    if node.kind == "table":
-        table = np.empty(len(node.parts), dtype=object)
-        table[:] = node.parts
-        return table.reshape(-1, node.columns)
-    parts = [_expand(part) for part in node.parts]
-    match node.kind:
-        case "negative":
-            return _each(negate, parts[0])
-        case "sum":
-            return reduce(_add, parts)
-        case "product":
-            return reduce(_multiply, parts)
-        case "quotient" if isinstance(parts[1], Node):
-            below = parts[1]
-            return _each(lambda entry: divide(entry, below), parts[0])
-    raise FormulaError("expected an equation, got a matrix")
-
-
-def _each(change: Callable[[Node], Node], table: Any) -> Table:
-    return np.asarray(np.frompyfunc(change, 1, 1)(table))
-
-
-def _add(a: Table | Node, b: Table | Node) -> Table | Node:
-    if isinstance(a, Node) and isinstance(b, Node):
-        return add(a, b)
-    if isinstance(a, Node) or isinstance(b, Node):
-        matrix, entry = (b, a) if isinstance(a, Node) else (a, b)
-        if isinstance(entry, Node) and entry.is_zero:
-            return matrix
-        raise FormulaError("a matrix and a formula cannot be added")
-    if a.shape != b.shape:
-        raise FormulaError(f"a matrix of {_size(a)} and one of {_size(b)} cannot be added")
-    return np.asarray(np.frompyfunc(add, 2, 1)(a, b))
-
-
-def _size(table: Table) -> str:
-    return f"{table.shape[0]} × {table.shape[1]}"
-
-
-def _multiply(a: Table | Node, b: Table | Node) -> Table | Node:
-    if isinstance(a, Node) and isinstance(b, Node):
-        return multiply(a, b)
-    if isinstance(a, Node):
-        return _each(partial(multiply, a), b)
-    if isinstance(b, Node):
-        factor = b
-        return _each(lambda entry: multiply(entry, factor), a)
-    if a.shape[1] != b.shape[0]:
-        raise FormulaError(f"a matrix of {_size(a)} cannot be multiplied by one of {_size(b)}")
-    product = np.empty((len(a), b.shape[1]), dtype=object)
-    for i, j in np.ndindex(product.shape):
-        product[i, j] = add(*map(multiply, a[i], b[:, j]))
-    return product
-
 
 EQUATION_HOLDS = 1e-8
 """A difference below this part of the formula's terms is rounding."""
@@ -302,36 +230,16 @@ class Residual:
         return bool((changes[known] > 1e-6).any())
 
 
-def difference(statement: Statement) -> list[Node]:
-    """Return left minus right of each equation in a line; a formula alone is taken as zero."""
-    sides = [write_out(side) for side in statement.sides]
-    if len(sides) == 1:
-        return sides[0]
-    differences = []
-    for left, right in pairwise(sides):
-        count = max(len(left), len(right))
-        if not {len(left), len(right)} <= {1, count}:
-            raise FormulaError(f"expected {len(left)} entries on both sides, got {len(right)}")
-        lefts, rights = (side * count if len(side) == 1 else side for side in (left, right))
-        differences += [add(a, _negate(b)) for a, b in zip(lefts, rights, strict=True)]
-    return differences
-
-
-def _negate(node: Node) -> Node:
-    return negate(node).at(node.start, node.end)
-
-
 def residuals(
     statements: Sequence[Statement], truth: Truth, sample: Sample, text: str
 ) -> list[Residual]:
     """Evaluate every equation of some lines at the true accelerations."""
     equations = []
     for statement in statements:
-        try:
-            roots = difference(statement)
-        except FormulaError as error:
-            raise FormulaError(str(error), text, statement.start) from None
-        for root in roots:
+        first, *others = statement.sides
+        pairs = pairwise(statement.sides) if others else [(first, number(0))]
+        for left, right in pairs:
+            root = add(left, negate(right).at(right.start, right.end))
             residual = Residual(statement, root, truth, sample)
             if residual.finite.sum() < min(_FEWEST, sample.count):
                 raise FormulaError(

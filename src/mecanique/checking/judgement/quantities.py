@@ -73,6 +73,8 @@ class AskedQuantity:
     needed: tuple[str, ...] = ()  # the letters that an answer must determine
     # functions that are written with a letter of their own
     functions: Mapping[str, str] = field(default_factory=dict)
+    # other usual names of letters
+    aliases: Mapping[str, str] = field(default_factory=dict)
     # coordinates about which motions are small; those left out are zero there
     position: Mapping[str, Array] = field(default_factory=dict)
 
@@ -220,6 +222,7 @@ class _Asked:
                 "the equations determine; ask for its equation of motion"
             )
         needed = tuple(filter(None, what.split(", ")))
+        normal = [letter for letter in letters if letter.endswith(("_n", "_normal"))]
         if unknown := sorted({*needed} - {*letters}):
             raise UnknownNameError("reaction", unknown[0], letters)
         return AskedQuantity(
@@ -230,6 +233,7 @@ class _Asked:
             series=reactions,
             derivation=derivation,
             needed=needed,
+            aliases={"N": normal[0]} if len(normal) == 1 else {},
         )
 
     def _part_wheels(self, derivation: Derivation) -> dict[str, Array]:
