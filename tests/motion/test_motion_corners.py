@@ -239,6 +239,7 @@ def test_the_balls_of_newtons_cradle_pass_the_momentum_on() -> None:
     motion = mq.simulate(cradle, q=[-0.3, 0.0, 2 * r], v=[1.0, 0, 0], duration=1.0)
     np.testing.assert_allclose(motion.v[-1], [0, 0, 1], rtol=0, atol=1e-13)
     np.testing.assert_allclose(motion.events[0].t, 0.2, rtol=1e-13, atol=0)
+    assert names(motion) == ["c0, c1: impact"]
 
 
 def test_what_treats_no_elements_that_switch_names_them() -> None:
@@ -797,3 +798,36 @@ def test_of_two_corners_in_a_step_the_first_is_passed_first(order: str) -> None:
     assert [event.name for event in motion.events] == ["stop B: impact", "stop A: impact"]
     assert [event.t for event in motion.events] == pytest.approx([0.9999, 1.0], rel=1e-13, abs=0)
     np.testing.assert_allclose(motion.q[-1], [0.0, -0.00015], rtol=0, atol=1e-13)
+
+
+def test_a_motion_gives_the_forces_of_contacts_and_of_elements_in_joints() -> None:
+    """A car brakes with its wheels locked: its front wheels bear m g (b + mu h)/(a + b)."""
+    m, a, b, h, mu = 1000.0, 1.2, 1.3, 0.5, 0.8
+    car = mq.Shape(m, inertia=(1500.0, 1500.0, 1500.0, 0, 0, 0))
+    wheels = [
+        mq.Contact(name, "body", center=(x, 0, -h), mu=mu)
+        for name, x in (("front", a), ("rear", -b))
+    ]
+    motion = mq.simulate(flat(car, *wheels), q={"z": h}, v={"x": 20.0}, duration=1.0)
+    front = motion.reactions("front")
+    pressed = m * G * (b + mu * h) / (a + b)
+    np.testing.assert_allclose(front.force[0], [-mu * pressed, 0, pressed], rtol=1e-12, atol=1e-9)
+    np.testing.assert_allclose(front.moment, 0, rtol=0, atol=1e-9)
+    moment = motion.reactions("rear", 0.0).about((0, 0, h), "world").moment
+    bears = m * G - pressed
+    np.testing.assert_allclose(moment, [0, (b + mu * h) * bears, 0], rtol=1e-12, atol=1e-9)
+    with pytest.raises(mq.UnknownNameError, match="unknown joint, loop or contact 'wheel'"):
+        motion.reactions("wheel")
+    buffer = mq.Stop("buffer", "slide", at=1.0, stiffness=400.0)
+    dry = mq.Friction("dry", "slide", 0.1, G)
+    pushed = mq.simulate(slider(dry, buffer), v=[2.0], duration=0.8).guide_forces([0.1, 0.65])
+    assert pushed["R_dry"].tolist() == [-0.1 * G, -0.1 * G]
+    assert pushed["N_buffer"][0] == 0
+    assert pushed["N_buffer"][1] > 1
+
+
+def test_a_motion_that_moves_no_mass_is_refused_where_something_touches() -> None:
+    bead = flat(mq.particle(1.0), mq.Contact("floor", "body"))
+    for ask in (mq.simulate, mq.verify):
+        with pytest.raises(mq.EngineError, match=r"the motion th', .* moves no mass"):
+            ask(bead)

@@ -9,9 +9,9 @@ open.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import lru_cache
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
 from html import escape
 from itertools import product
 from math import prod
@@ -85,6 +85,15 @@ class ModeCondition:
     sign: str = ""
     right: Any = None
     sized: bool = False
+
+    def with_decimals(self, say: Callable[[Any], Any]) -> ModeCondition:
+        """Return the condition with its fractions said as decimals."""
+        from sympy import sympify
+
+        left, right = (
+            None if side is None else say(sympify(side)) for side in (self.left, self.right)
+        )
+        return replace(self, left=left, right=right)
 
     def write(self, places: Mapping[str, tuple[float, float]], writer: Writer) -> str:
         """Write the formula; "" if there is none."""
@@ -300,7 +309,7 @@ def derive_modes(
         >>> print(mq.derive_modes(dry_block)["slips +"].conditions[0])
         while q1' > 0
     """
-    from sympy import Matrix, Symbol, nan, sympify, zoo
+    from sympy import Float, Matrix, Rational, Symbol, nan, sympify, zoo
 
     _refuse_unwritten(mechanism)
     derivation = Lagrange(close_contacts(mechanism)).derivation()
@@ -334,6 +343,9 @@ def derive_modes(
                 else:
                     known[row.symbol] = sympify(force)
         known = {symbol: force.xreplace(known) for symbol, force in known.items()}
+        # sympy rounds products of decimals, and what cancels would be left over
+        decimals = {n: Rational(str(float(n))) for f in known.values() for n in f.atoms(Float)}
+        known = {symbol: force.xreplace(decimals) for symbol, force in known.items()}
         left = [symbol for symbol in (*accelerations, *symbols) if symbol not in known]
         laws = [law.xreplace(known) for law in laws]
         solution = _solve(laws, left, known)
@@ -352,6 +364,9 @@ def derive_modes(
         ]
         for forces, state in chosen_states:
             held += _list_conditions(forces, state, written, place)
+        say = partial(_write_decimals, everywhere=bool(decimals))
+        solution = {symbol: say(value) for symbol, value in solution.items()}
+        written = {symbol: say(value) for symbol, value in written.items()}
         pairs = zip(mechanism.velocities, accelerations, strict=True)
         named = {s: f"{name}'" for name, s in pairs if s in solution}
         acting = {s: str(s) for s in symbols if solution.get(s, 0) not in (0, s)}
@@ -360,7 +375,7 @@ def derive_modes(
                 {forces.element.name: state for forces, state in chosen_states},
                 {name: solution[s] for s, name in named.items()},
                 {name: solution[s] for s, name in acting.items()},
-                tuple(dict.fromkeys(held)),
+                tuple(dict.fromkeys(condition.with_decimals(say) for condition in held)),
                 places,
                 unsolved,
                 {name: written[s] for s, name in (named | acting).items()},
@@ -563,13 +578,12 @@ def _solve(laws: list[Any], unknowns: list[Any], known: dict[Any, Any]) -> dict[
     back = {letter: call.xreplace(decimals) for call, letter in calls.items()}
     values = [*solved.to_Matrix(), *others.to_Matrix()]
     short = [_shorten(value.xreplace(back)) for value in values]
-    short = [_write_decimals(value, everywhere=bool(decimals)) for value in short]
     return dict(zip([*unknowns, *known], short, strict=True))
 
 
 def _count_terms(entry: Any) -> int:
-    """Return the number of terms of a polynomial; without letters it is a number."""
-    return len(entry) if hasattr(entry, "terms") else 1
+    """Return the number of terms of a polynomial, which is a number where there are no letters."""
+    return len(entry) if hasattr(entry, "terms") else int(bool(entry))
 
 
 def _write_decimals(value: Any, *, everywhere: bool) -> Any:
@@ -662,13 +676,15 @@ def _list_conditions(
         )
     if normal is not None and normal.symbol in solution:
         pressed = solution[normal.symbol]
-        if pressed.is_number and pressed < 0:
-            yield ModeCondition(f"never, as {normal.symbol} would be", pressed)
-        elif pressed == 0:
+        least = plain(-element.holds if isinstance(element, Stop) else 0)
+        if pressed == 0:
             yield ModeCondition(f"{element.name} touches without force")
+        elif (holds := _compare(pressed, "≥", least)) is None:
+            yield ModeCondition("while", pressed, "≥", least)
+        elif holds:
+            yield ModeCondition(f"{element.name} presses always")
         else:
-            least = -element.holds if isinstance(element, Stop) else 0
-            yield ModeCondition("while", pressed, "≥", plain(least))
+            yield ModeCondition(f"never, as {normal.symbol} would be", pressed)
     if tangent is None:
         return
     if state != STICKS:
@@ -685,11 +701,29 @@ def _list_conditions(
         if needed == 0:
             yield ModeCondition("sticks always, as no friction is needed")
             return
+        if load == 0 and needed.is_number:
+            yield ModeCondition(f"never, as without a load {tangent.symbol} would be", needed)
+            return
         if load == 0:
             yield ModeCondition("sticks if", needed, "=", 0)
             return
         ratio = _drop_sign(_shorten(needed / load))
-        yield ModeCondition("sticks if", ratio, "≤", limit, sized=True)
+        if (holds := _compare(abs(ratio), "≤", limit)) is None:
+            yield ModeCondition("sticks if", ratio, "≤", limit, sized=True)
+        elif holds:
+            yield ModeCondition("sticks always, as", abs(ratio), "≤", limit)
+        else:
+            yield ModeCondition("never, as", abs(ratio), ">", limit)
+
+
+def _compare(value: Any, sign: str, limit: Any) -> bool | None:
+    """Return whether a relation of two numbers holds; None of formulas."""
+    from sympy import sympify
+
+    limit = sympify(limit)
+    if not (value.is_number and limit.is_number):
+        return None
+    return bool(value >= limit) if sign == "≥" else bool(value <= limit)
 
 
 def _drop_sign(value: Any) -> Any:

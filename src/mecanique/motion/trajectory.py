@@ -11,6 +11,7 @@ import numpy as np
 
 from mecanique.arrays import spread
 from mecanique.errors import UnknownNameError
+from mecanique.model.constraints.friction import Contact
 from mecanique.model.free_bodies import FloatingState, floating_state
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.compile.along import StateLaw, StateSums
@@ -216,19 +217,25 @@ class Trajectory:
     def reactions(self, joint: str, t: Times | None = None) -> Wrench:
         """Return what a joint's parent does to its child: a `Wrench` of arrays of shape (n, 3).
 
-        Of a loop: what body a does to body b.
+        Of a loop: what body a does to body b. Of a contact: what is done to its body, about its
+        center; zero while it is open.
 
         Args:
-            joint: name of the joint, or of a loop.
+            joint: name of the joint, of a loop or of a contact.
             t: times, shape (n,) [s]; the samples' by default.
 
         Raises:
-            UnknownNameError: if there is no such joint or loop.
+            UnknownNameError: if there is no such joint, loop or contact.
         """
-        known = [part.name for part in self.mechanism.joints]
-        known += [part.name for part in (*self.mechanism.loops, *self.mechanism.contacts)]
-        if joint not in known:
-            raise UnknownNameError("joint or loop", joint, known)
+        described = self.described
+        switching = {} if self.corners is None else {e.name: e for e in described.switching}
+        touching = {name: e for name, e in switching.items() if isinstance(e, Contact)}
+        known = [part.name for part in described.joints]
+        known += [part.name for part in (*described.loops, *described.contacts)]
+        if joint not in (*known, *touching):
+            raise UnknownNameError("joint, loop or contact", joint, [*known, *touching])
+        if joint in touching:
+            return self._wrench(touching[joint], t)
         if t is None:
             return self._reactions[joint]
         state = self(t)
@@ -238,13 +245,35 @@ class Trajectory:
     def _reactions(self) -> dict[str, Wrench]:
         return StateLaw(self.mechanism, self.reference).reactions(self.t, self.q, self.v)
 
+    def _wrench(self, contact: Contact, t: Times | None) -> Wrench:
+        from mecanique.reference.engine.answers import BodyPoses, Wrench
+
+        assert self.corners is not None, "its contacts switch"
+        pushed = _at(self.corners.push(*self._states(t))[0][contact.name], t)
+        x, y, z = self.mechanism.evaluate_all(contact.center)
+        return Wrench(
+            pushed[..., :3],
+            pushed[..., 3:],
+            parent=contact.on,
+            child=contact.body,
+            point=(x, y, z),
+            body=contact.body,
+            places=BodyPoses(lambda: {b.name: self.pose(b.name, t) for b in self.mechanism.bodies}),
+        )
+
     def guide_forces(self, t: Times | None = None) -> dict[str, np.ndarray]:
         """Return the forces of the elements that guide, by name: tensions of cords, shape (n,) [N].
+
+        Of stops, capstans and friction in joints, too, by their letters in `derive_modes`: N_wall,
+        R_dry [N or N·m].
 
         Args:
             t: times, shape (n,) [s]; the samples' by default.
         """
-        forces = StateLaw(self.mechanism, self.reference).guide_forces(*self._states(t))
+        states = self._states(t)
+        forces = StateLaw(self.mechanism, self.reference).guide_forces(*states)
+        if self.corners is not None:
+            forces |= self.corners.push(*states)[1]
         return {name: _at(force, t) for name, force in forces.items()}
 
     def point(

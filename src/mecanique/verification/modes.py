@@ -51,6 +51,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.reference import Reference
 from mecanique.reference.engine.package import engine_name
+from mecanique.reference.engine.tree import refuse_massless
 from mecanique.reference.loops.closed import load_once
 from mecanique.reference.loops.contacts import LoopClosure
 from mecanique.verification.rows import IMPACT_MOMENTUM, OF_ELEMENTS, rows_of
@@ -159,6 +160,8 @@ class _Bench:
         self.tolerance = tolerance
         self._whole = close_contacts(mechanism)
         engine = Reference.of(self.base)
+        if engine.massless is not None:
+            refuse_massless(mechanism, np.array([*engine.massless.values()]))
         q, v, t = states.q, states.v, states.t
         self._feet: dict[str, Array] = {}
         contacts = self._ask_contacts()

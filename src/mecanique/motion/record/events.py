@@ -238,6 +238,11 @@ class Switches(Protocol):
     mechanism: Mechanism  # with its elements that switch
     rubbing: dict[str, list[int]]  # rows of the elements that rub, by name
 
+    def push(
+        self, t: np.ndarray, q: np.ndarray, v: np.ndarray
+    ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+        """Return the wrenches of contacts, and the forces of elements in joints, by name."""
+
     def powers(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return the heat of each of them, then the power of all elements, shape (n, k) [W]."""
 

@@ -29,6 +29,7 @@ from mecanique.derivation.mechanics.switching import (
     accelerate,
     list_present_margins,
 )
+from mecanique.derivation.switching import force_symbol, list_letters
 from mecanique.derivation.tolerances import (
     CLOSED_GAP,
     DEAD,
@@ -242,6 +243,29 @@ class Corners:
         """Return the terms and the force along each row in a state, shape (m,)."""
         terms = self.rows.at(q, v, t)
         return terms, self._solve(terms, v, t).forces
+
+    def push(self, t: Array, q: Array, v: Array) -> tuple[dict[str, Array], dict[str, Array]]:
+        """Return what elements do along a motion, by name.
+
+        The wrenches of contacts on their bodies, about their centers, shape (n, 6), world axes;
+        and the forces of elements in joints by their letters, such as R_dry, shape (n,).
+        """
+        wrenches, along = dict[str, list[Array]](), dict[str, list[float]]()
+        for moment, position, velocity in zip(t.tolist(), q, v, strict=True):
+            forces = self.forces(moment, position, velocity)[1]
+            parts = self.rows.contact_wrenches(position, moment, forces) if self.rows.names else {}
+            for element, rows in zip(self.mechanism.switching, self.elements, strict=True):
+                if isinstance(element, Contact):
+                    both = (parts[element.name, element.body, kind] for kind in _KINDS)
+                    wrenches.setdefault(element.name, []).append(sum(both, np.zeros(6)))
+                    continue
+                for letter, row in zip(list_letters(element), rows.rows, strict=True):
+                    name = force_symbol(letter, element.name)
+                    along.setdefault(name, []).append(float(forces[row]))
+        return (
+            {name: np.array(values) for name, values in wrenches.items()},
+            {name: np.array(values) for name, values in along.items()},
+        )
 
     def powers(self, t: Array, q: Array, v: Array) -> Array:
         """Return the heat of each element that rubs, then the power of all, shape (n, k) [W]."""
@@ -468,13 +492,15 @@ class Corners:
             return self._choose(following, t, y)
 
         if approaching:
-            v = v + self._decide(t, y, lambda: self.laws.impact(terms, touching, still))
+            change, pushed = self._decide(t, y, lambda: self.laws.impact(terms, touching, still))
+            v = v + change
             terms = self.rows.at(q, v, t)
             # times are found to 1e-13 s: what does not part would be left one within the other
             normals = [self.elements[k].rows[0] for k in approaching]
             q = self._close_gaps(t, q, v, [row for row in normals if terms.rates[row] <= still])
             terms = self.rows.at(q, v, t)
-            names = ", ".join(self.elements[k].name for k in approaching)
+            struck = pushed.union(approaching)
+            names = ", ".join(e.name for k, e in enumerate(self.elements) if k in struck)
             occurrences.append(Occurrence(f"{names}: impact", t, q, before, v))
             still = self._still(terms, np.maximum(np.abs(before), np.abs(v)))
             self._ended = frozenset()

@@ -412,8 +412,10 @@ class Laws:
 
     # impacts ------------------------------------------------------------------------------------
 
-    def impact(self, terms: Terms, touching: Sequence[bool], still: float) -> Array:
-        """Return the change of velocities by an impact of the contacts that touch.
+    def impact(
+        self, terms: Terms, touching: Sequence[bool], still: float
+    ) -> tuple[Array, frozenset[int]]:
+        """Return the change of velocities by an impact of the contacts that touch, and who pushes.
 
         Raises:
             UndecidedError: if no velocities follow, or several.
@@ -421,24 +423,30 @@ class Laws:
         struck = zip(self.elements, touching, strict=True)
         contacts = [k for k, (element, near) in enumerate(struck) if near and element.struck]
         if any(self.elements[k].in_turn for k in contacts):
-            return self._in_turn(terms, contacts, still)
-        return self._together(terms, contacts, still)
+            change, impulses = self._in_turn(terms, contacts, still)
+        else:
+            change, impulses = self._together(terms, contacts, still)
+        normals = terms.jacobian[[self.elements[k].rows[0] for k in contacts]]
+        yields = (normals * np.linalg.solve(terms.mass, normals.T).T).sum(axis=1)
+        pushed = (impulses[self.elements[k].rows[0]] for k in contacts)
+        pairs = zip(contacts, yields, pushed, strict=True)
+        return change, frozenset(k for k, by, impulse in pairs if by * impulse > still)
 
-    def _in_turn(self, terms: Terms, contacts: list[int], still: float) -> Array:
-        change = np.zeros(len(terms.load))
+    def _in_turn(self, terms: Terms, contacts: list[int], still: float) -> tuple[Array, Array]:
+        change, impulses = np.zeros(len(terms.load)), np.zeros(len(terms.gaps))
         for _ in range(MOST_IMPACTS):
             rates = {k: terms.rates[self.elements[k].rows[0]] for k in contacts}
             fastest = min(rates, key=lambda k: rates[k])
             if rates[fastest] >= -still:
-                return change
-            step = self._together(terms, [fastest], still)
-            change = change + step
+                return change, impulses
+            step, push = self._together(terms, [fastest], still)
+            change, impulses = change + step, impulses + push
             terms = terms._replace(rates=terms.rates + terms.jacobian @ step)
         raise UndecidedError(
             f"impacts in turn do not end after {MOST_IMPACTS}; let them be together", 0
         )
 
-    def _together(self, terms: Terms, contacts: list[int], still: float) -> Array:
+    def _together(self, terms: Terms, contacts: list[int], still: float) -> tuple[Array, Array]:
         laws = {self.elements[k].by_impulse for k in contacts}
         if len(laws) > 1:
             raise InputError(
@@ -452,9 +460,12 @@ class Laws:
             row: -self.elements[k].restitution * min(terms.rates[row], 0.0)
             for k, row in normals.items()
         }
-        return self._strike(terms, contacts, strike(terms, targets, self.elements), still).a
+        struck = self._strike(terms, contacts, strike(terms, targets, self.elements), still)
+        return struck.a, struck.forces
 
-    def _by_poisson(self, terms: Terms, normals: dict[int, int], still: float) -> Array:
+    def _by_poisson(
+        self, terms: Terms, normals: dict[int, int], still: float
+    ) -> tuple[Array, Array]:
         """Compression until no contact approaches, then e times its normal impulses."""
         pressed = self._strike(terms, normals, strike(terms, {}, self.elements), still)
         after = terms._replace(rates=terms.rates + terms.jacobian @ pressed.a)
@@ -462,7 +473,8 @@ class Laws:
             row: self.elements[k].restitution * pressed.forces[row] for k, row in normals.items()
         }
         drive = strike(after, {}, self.elements, given)
-        change: Array = pressed.a + self._strike(after, normals, drive, still).a
+        parted = self._strike(after, normals, drive, still)
+        change = pressed.a + parted.a
         size = np.abs(terms.jacobian) @ np.abs(change) + np.abs(terms.rates) + still
         rates = terms.rates + terms.jacobian @ change
         for k, normal in normals.items():
@@ -473,7 +485,7 @@ class Laws:
                     "approach each other; use Newton's law of restitution",
                     0,
                 )
-        return change
+        return change, pressed.forces + parted.forces
 
     def _strike(
         self, terms: Terms, contacts: Collection[int], drive: ModeProblem, still: float

@@ -40,12 +40,15 @@ class SwitchingRows:
     """The rows of a mechanism with elements that switch."""
 
     def __init__(self, mechanism: Mechanism) -> None:
+        from mecanique.reference.engine.tree import refuse_massless
         from mecanique.reference.loops.closed import load_once
 
         self.mechanism = mechanism
         self.base = replace(mechanism, switching=())
         self.whole = close_contacts(mechanism)  # kept alive, as what is loaded for it is
         self._tree, self._closed = load_once(self.whole)
+        if self._tree.massless is not None:
+            refuse_massless(mechanism, self._tree.massless)
         self.rates = Rates.of(self.base)
         self._bodies = [body.name for body in self.base.bodies]
         names = list(self._closed.closures.names) if self._closed is not None else []

@@ -41,7 +41,7 @@ SYSTEM = System(
         facts.Occurs("the first ball stops at the second", "end", lambda s: {"x'": 0.0, "x": 0.0}),
         facts.Occurs(
             "the last ball takes all of the momentum",
-            "touch1: impact",
+            "touch1, touch2: impact",
             lambda s: {"t": 0.3, "after x'": 0.0, "after s1'": 0.0, "after s2'": 1.0},
         ),
     ),
