@@ -135,5 +135,5 @@ def test_unknown_events_and_reactions_are_refused(tmp_path: Path) -> None:
         loaded.times("gates")
     loop = mq.textbook.load("four_bar_linkage")
     swing = mq.simulate(loop, q={"phi": 1.1, "theta": -0.76, "psi": 1.25}, duration=0.1)
-    with pytest.raises(mq.UnknownNameError, match="unknown joint or loop 'E'; known: A, B, D, C"):
+    with pytest.raises(mq.UnknownNameError, match="or contact 'E'; known: A, B, D, C"):
         swing.reactions("E")

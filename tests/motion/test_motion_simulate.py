@@ -374,7 +374,7 @@ def test_poses_points_and_reactions_follow_the_closed_forms(swing: mq.Motion) ->
     np.testing.assert_allclose(
         swing.reactions("pin", [0.0, 1.0]).force[0], force[0], rtol=1e-14, atol=0
     )
-    with pytest.raises(mq.UnknownNameError, match="unknown joint or loop 'hinge'; "):
+    with pytest.raises(mq.UnknownNameError, match="unknown joint, loop or contact 'hinge'; "):
         swing.reactions("hinge")
     with pytest.raises(mq.UnknownNameError, match="unknown body 'bob'"):
         swing.point("bob")
