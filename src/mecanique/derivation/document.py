@@ -391,9 +391,11 @@ class Document:
 
     @cached_property
     def _names(self) -> frozenset[str]:
-        """Every printed symbol."""
+        """Every symbol that is printed, and longer parameters that are only spoken of."""
         listed = self._list_meanings(steps=True)
-        return frozenset(name for meaning in listed for name in meaning.names)
+        parameters = self.derivation.algebra.mechanism.parameters
+        spoken = {name for name in (parameter.symbol for parameter in parameters) if len(name) > 1}
+        return frozenset(spoken).union(*(meaning.names for meaning in listed))
 
     @property
     def _heading(self) -> str:

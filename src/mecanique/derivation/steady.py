@@ -212,8 +212,6 @@ def steady_letters(
     stages += [Stage(*head, tuple(lines)) for head, lines in steps.items() if lines]
     meanings = {motion.speed: f"speed of the steady motion{motion.unit}"}
     meanings |= dict.fromkeys(forces, "force of a constraint in the steady motion")
-    if g is not None:
-        meanings[expression(g).text()] = "acceleration of free fall [m/s²]"
     labels = {
         line.left.quantity: f"entries of the {title[0].lower()}{title[1:]}"
         for (title, _), lines in steps.items()
