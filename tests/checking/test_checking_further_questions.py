@@ -87,6 +87,13 @@ ANSWERED = (
     ),
     ("simple_pendulum", "frequency", "3.13 m/s", "wrong", "units"),
     ("spherical_pendulum", "steady motion", "φ̇ = √(g/(l cos θ))", "right", ""),
+    # before the root the same sign gives now the smaller, now the larger rate
+    (
+        *("heavy_top", "steady motion"),
+        "phi' = (-r^2 psi' ± sqrt(r^4 psi'^2 + 5 g h (r^2 - 4 h^2) cos theta))"
+        "/((r^2 - 4 h^2) cos theta)",
+        *("right", ""),
+    ),
     ("simple_pendulum", "reaction", "N = m g cos q + m l q'^2", "right", ""),
     (
         *("double_pendulum", "mass matrix"),

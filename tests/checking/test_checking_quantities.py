@@ -196,6 +196,15 @@ def test_given_values_may_be_written_as_numbers(
     assert mq.check(mechanism, answer, ask, given=values).outcome == outcome
 
 
+@pytest.mark.parametrize(
+    ("ask", "answer"),
+    [("frequency", "3.863 rad/s"), ("equation of motion", "q'' + 17.415 sin q = 0")],
+)
+def test_digits_that_are_exchanged_are_a_cause(ask: str, answer: str) -> None:
+    judged = mq.check(mq.textbook.load(ROD), answer, ask, given=("g", "l", "m"))
+    assert "two digits of" in judged.causes[0].text
+
+
 def test_values_that_are_not_given_are_a_matter_of_form() -> None:
     pendulum = mq.textbook.load("simple_pendulum", l=2)
     assert mq.check(pendulum, "sqrt(g/2)", "frequency").outcome == "right except for form"

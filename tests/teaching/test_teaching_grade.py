@@ -87,7 +87,14 @@ def test_points_go_by_independent_right_equations(course: Path) -> None:
         ("simple_pendulum", "potential energy", "1 = 2\n0 = 0", 0.0),
         ("two_link_arm", "equilibrium force", "tau2 = m2 g l2 cos(q1 + q2)/2", 0.5),
         ("simple_pendulum", "Hamilton's equations", "q' = p/(m l^2)\nq' = p/(m l^2)", 0.5),
-        ("spherical_pendulum", "steady motion", "phi' = sqrt(g/(l cos(theta)))", 0.5),
+        # the same motion backwards is no other; fast and slow precession are two
+        ("spherical_pendulum", "steady motion", "phi' = sqrt(g/(l cos(theta)))", 1.0),
+        (
+            *("heavy_top", "steady motion"),
+            "phi' = (-r^2 psi' + sqrt(r^4 psi'^2 + 5 g h (r^2 - 4 h^2) cos theta))"
+            "/((r^2 - 4 h^2) cos theta)",
+            0.5,
+        ),
         ("two_blocks", "mass matrix", "[[m1, 0], [0, 2 m2]]", 0.75),
     ],
 )

@@ -193,7 +193,7 @@ class Checker:
         defined = {name: node for name, node in definitions if "'" not in name}
         explained = self.search.explain(judged, quantity, text, defined)
         motion = quantity.kind == "motion"
-        if quantity.kind == "several" and not (held or any(explained)):
+        if not (held or any(explained)):
             explained = self._explain_numbers(reading, ask, text) or explained
         lines = [
             _line(formula, causes, motion=motion)

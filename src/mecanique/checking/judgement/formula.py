@@ -527,6 +527,13 @@ def _judge_steady(
         covers = np.flatnonzero(holds)
         best = min(tried, key=lambda residual: residual.worst)
         covered = [cases[k] for k in covers]
+        if not covered:
+            # of a formula with a root the same sign may give now the smaller, now the larger rate
+            nearest = np.argmin([residual.relative for residual in tried], axis=0)
+            case = {**quantity.more, name: np.where(nearest, roots[1], roots[0])}
+            mixed = _residual(statement, truth, {}, "", text, case)
+            if mixed.holds and mixed.finite.any():
+                best, covered, covers = mixed, [case], nearest[mixed.finite][:1]
         fault = _find_emptiness(best, [name], covered) if covered else ""
         says = np.eye(2)[covers] if several else np.ones((len(covers), 1))
         all_judged.append(replace(_judge_residual(best), fault=fault, says=says))

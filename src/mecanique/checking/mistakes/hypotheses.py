@@ -551,8 +551,10 @@ def _list_pieces(mechanism: Mechanism) -> list[_Piece]:
                 shape = body.shapes[k]
                 said = f"the {shape.form or 'piece'} {shape.mass} of {body.name!r}"
                 pieces.append(_Piece(body, k, said))
-        elif heavy:
+        elif heavy[1:]:
             pieces.append(_Piece(body.replace(), 0, repr(body.name)))
+        elif heavy:
+            pieces.append(_Piece(body, heavy[0], repr(body.name)))
     return pieces
 
 
@@ -597,9 +599,22 @@ def _piece(
             ("parallel axis", likely, about, terms.plus(turning, -1)),
             ("parallel axis", likely + 0.1, steiner, terms.plus(turning)),
         ]
+        usual = _ROUND.get(shape.form)
+        for form, factor in _ROUND.items():
+            if usual and factor != usual:
+                spun = particle.plus(terms.plus(particle, -1), factor / usual)
+                mistakes.append(("inertia", 1.25, f"the inertia of {{}} is that of a {form}", spun))
+        if shape.form == "slender rod" and turning is not moving:
+            # of m l²/2 a quarter is Steiner's term, and as much is left: three times its own
+            disk = "the inertia of {} about the joint is that of a disk, m l²/2"
+            mistakes.append(("inertia", 1.25, disk, terms.plus(terms.plus(particle, -1), 2.0)))
         if any(plain(x) for x in shape.center):
             mistakes += _at_end(right, mechanism, piece, (particle, still))
     yield from mistakes
+
+
+_ROUND = {"thin ring": 1.0, "thin disk": 0.5, "solid ball": 0.4}
+"""Moments of inertia about their axes that are mistaken for each other, of m r²."""
 
 
 def _turn_about_joint(

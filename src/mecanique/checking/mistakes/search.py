@@ -246,6 +246,14 @@ _Candidate: TypeAlias = tuple[Array, str, str, float]
 """A value that a part may be meant to have; the mistake's kind, its words and its weight."""
 
 
+def _exchange_digits(written: str) -> Iterator[float]:
+    """Yield a number as it is with two of its digits exchanged."""
+    for i, j in combinations([k for k, sign in enumerate(written) if sign.isdigit()], 2):
+        signs = [*written]
+        signs[i], signs[j] = signs[j], signs[i]
+        yield float("".join(signs))
+
+
 def repair_number(part: FormulaPart) -> Iterator[Mistake]:
     """Yield repairs of a number."""
     ratio = part.want
@@ -253,6 +261,10 @@ def repair_number(part: FormulaPart) -> Iterator[Mistake]:
     parent = part.tape.nodes[part.tape.parents[part.place]]
     if parent.kind == "power" or spread > ALIKE * float(np.abs(ratio).max()):
         return
+    decimals = len(part.quoted.replace(",", ".").partition(".")[2])
+    exchanged = _exchange_digits(part.quoted.replace(",", "."))
+    if decimals and any(abs(x - ratio.mean()) <= 0.51 * 10.0**-decimals for x in exchanged):
+        yield Mistake("digits", f"two digits of '{part.quoted}' are exchanged", part.quoted, 1.1)
     factor = Fraction(float(ratio.mean())).limit_denominator(SIMPLE)
     close = (
         0 < abs(factor.numerator) <= SIMPLE and abs(float(factor) / float(ratio.mean()) - 1) < ALIKE
@@ -393,6 +405,15 @@ def _vary_sum(part: FormulaPart) -> Iterator[_Candidate]:
     if letters and letters <= set(context.angles):
         text = f"'{part.quoted}' should be its sine: the angle is assumed to be small"
         yield np.sin(part.have), "small angle", text, 1.0
+    for name in letters & {*context.angles} if len(letters) == 1 else ():
+        angle = context.values[name][part.usable]
+        for wave, value, series in (
+            ("sin", np.sin(angle), angle - angle**3 / 6),
+            ("cos", np.cos(angle), 1 - angle**2 / 2),
+        ):
+            if _alike(part.have, series):
+                text = f"'{part.quoted}' should be {wave} {name}, not the beginning of its series"
+                yield value, "small angle", text, 1.0
     units = {context.units[name] for name in letters if name in context.units}
     alike = [name for name in sorted(letters) if name in context.units]
     if len(alike) == len(part.node.parts) == 2 and len(units) == 1:
@@ -418,6 +439,7 @@ _ABOUT = "the inertia may be taken about the wrong point (center or pin) or of t
 _INERTIAS = {
     **dict.fromkeys((Fraction(4), Fraction(1, 4), Fraction(3), Fraction(1, 3)), _ABOUT),
     Fraction(12): _ABOUT,
+    Fraction(3, 4): "a particle has no inertia about its own center, as a rod has",
     Fraction(4, 3): "the inertia of a rod about its own center is missing (as for a particle)",
     Fraction(4, 5): "the inertia of a rod about its own center is counted twice",
 }
