@@ -613,6 +613,23 @@ def test_gravity_compensated_by_actuators_is_told() -> None:
     assert found.alike == ("mecanique",)
 
 
+def test_springs_of_a_joint_called_as_time_are_timed() -> None:
+    text = body(HINGE.replace('"h"', '"t" springdamper="0.3 0.5"') + GEOM + SECOND)
+    (reading,) = read_by(mq.read(text), ("mujoco",), 0)
+    assert (reading.remarks, reading.alike) == ((), ("mecanique",))
+
+
+@pytest.mark.parametrize("leader", ["h", "s"])
+def test_the_armature_of_a_tendon_acts_where_a_joint_follows(leader: str) -> None:
+    ways = '<joint joint="h" coef="0.5"/><joint joint="s" coef="-1.5"/>'
+    follower = {"h": "s", "s": "h"}[leader]
+    tied = f'<joint joint1="{follower}" joint2="{leader}" polycoef="0.1 0.4 0.2"/>'
+    parts = f'<tendon><fixed armature="0.3">{ways}</fixed></tendon><equality>{tied}</equality>'
+    text = body(HINGE + GEOM + SECOND).replace("</worldbody>", f"</worldbody>{parts}")
+    (reading,) = read_by(mq.read(text), ("mujoco",), 0)
+    assert (reading.remarks, reading.alike) == ((), ("mecanique",))
+
+
 @pytest.mark.parametrize("name", [*(k for k in TEXTS if "sites" in k), "armature along joints"])
 def test_the_energy_of_tendons_is_mujocos(name: str) -> None:
     mechanism, random = read_mjcf(TEXTS[name]), np.random.default_rng(3)

@@ -62,7 +62,6 @@ from mecanique.model.bodies import Body
 from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.bodies.visuals import Mesh, Visual, measure
 from mecanique.model.constraints.loops import Loop
-from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import (
     DISTANCE,
     Scalar,
@@ -147,11 +146,12 @@ _READ = {
 and passive forces."""
 
 
-def read_mjcf(path_or_text: str | os.PathLike[str]) -> Mechanism:
+def read_mjcf(path_or_text: str | os.PathLike[str], *, tied: bool = True) -> Mechanism:
     """Return the mechanism that an MJCF file or text describes.
 
     Args:
         path_or_text: the path of the file, or its text.
+        tied: whether joints follow one another, where constraints say so.
 
     Raises:
         UrdfError: if it is not well-formed XML.
@@ -159,7 +159,7 @@ def read_mjcf(path_or_text: str | os.PathLike[str]) -> Mechanism:
     """
     file = None if isinstance(path_or_text, str) and "<" in path_or_text else Path(path_or_text)
     with refuse_overflow(file):
-        return _Reader(file).read(path_or_text)
+        return _Reader(file, tied=tied).read(path_or_text)
 
 
 @final
@@ -263,8 +263,9 @@ _DRIVE = "general"
 class _Reader(Source):
     """One file with those it includes."""
 
-    def __init__(self, file: Path | None) -> None:
+    def __init__(self, file: Path | None, *, tied: bool) -> None:
         super().__init__(file, "MJCF")
+        self._tied = tied
         self._options = _Options()
         self._unset = Given(self, Element("compiler", {}, (), "", 1, 0), {})
         self._models = {"": _Model(file, self._unset)}  # with those attached
@@ -786,14 +787,14 @@ class _Reader(Source):
             return
         from mecanique.derivation.numeric.recursion import Recursion
 
-        laws = Coordinates((), {name: self.laws[name][1] for name in self._lengths})
-        joints = tuple(self.joints)
-        tree = Mechanism("tree", tuple(bodies), joints, coordinates=laws, ground=GROUND)
-        at = {name: q for name, q in self._references.items() if name in tree.coordinates}
+        laws = {name: self.laws[name][1] for name in self._lengths}
+        tree = self.assemble("tree", bodies, (), laws)
+        letters = {k.name: k.coordinates[0] for k in tree.joints if k.name in self._references}
+        at = {letter: self._references[name] for name, letter in letters.items()}
         (M,) = Recursion(tree).mass_matrix(States.of(tree, at))
         inertia = 1 / np.diag(np.linalg.inv(M))
         for joint, ((constant, ratio), stiffness, damping) in self._timed.items():
-            effective = inertia[tree.velocities.index(f"{joint}'")]
+            effective = inertia[tree.velocities.index(f"{letters[joint]}'")]
             stiffness[0] = self._options.has("spring") * effective / (constant * ratio) ** 2
             damping[0] = self._options.has("damper") * 2 * effective / constant
             self.resist(joint, joint, stiffness, np.full(2, self._rests[joint]), damping)
@@ -1242,7 +1243,8 @@ class _Reader(Source):
             texts = self._attributes(element, key, defaults)
             name = names.free(texts.get("name") or element.tag)
             if named:
-                self._follow(texts)
+                if self._tied:
+                    self._follow(texts)
                 continue
             if "site1" in texts:
                 ends = [self._sites.get(texts.get(site, "")) for site in ("site1", "site2")]

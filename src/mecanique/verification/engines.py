@@ -21,6 +21,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import EngineError, UnknownNameError
+from mecanique.formats.mjcf import read_mjcf
 from mecanique.formats.read import read
 from mecanique.formats.scope import SCOPES, list_lengths
 from mecanique.model.coordinates import Coordinates
@@ -145,9 +146,13 @@ def read_as_engines(mechanism: Mechanism, origin: Origin) -> Mechanism:
     return read_urdf(text, gravity=(x, y, z), root="floating")
 
 
-def _strip(mechanism: Mechanism) -> Mechanism:
+def _strip(mechanism: Mechanism, origin: Origin) -> Mechanism:
     """Return the bare tree: no forces, loops or mimic joints, but the tendons' rotors."""
-    lengths = {name: mechanism.coordinates.driven[name] for name in list_lengths(mechanism)}
+    free, names = mechanism, list_lengths(mechanism)
+    if names and origin.form == "MJCF":  # whose joints lengthen a tendon also where they follow
+        text = origin.text.decode("utf-8-sig", "replace")
+        free = read_mjcf(origin.file or text, tied=False)
+    lengths = {name: free.coordinates.driven[name] for name in names}
     coordinates = Coordinates((), lengths)
     bare: dict[str, Any] = dict.fromkeys(("forces", "loops", "contacts", "elements"), ())
     return replace(mechanism, coordinates=coordinates, **bare)
@@ -162,7 +167,7 @@ def _compare_all(
     passive: Sequence[AnyForce] | None = None,
 ) -> tuple[EngineReading, ...]:
     """Compare what engines read with what mecanique read, and with one another."""
-    tree, rotors = _strip(whole), dict[str, float]()
+    tree, rotors = _strip(whole, origin), dict[str, float]()
     if origin.form == "URDF":  # where they stand in tags of one engine
         rotors = {j.name: tree.evaluate(getattr(j, "armature", 0.0)) for j in tree.joints}
         tree = with_armature(tree, 0.0)
