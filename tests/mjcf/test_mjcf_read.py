@@ -19,6 +19,9 @@ ARM = """<body name="{0}" pos="{1}"><joint name="{0}_joint" axis="0 1 0" pos="0 
 <geom type="capsule" size="0.02" fromto="0 0 0 0 0 -0.5"/>{2}</body>"""
 
 
+SKEW = '<body pos="1 2 3" euler="10 20 30"><joint axis="1 2 3" pos="0.1 0.2 0.3"/>'
+
+
 def model(inside: str, rest: str = "") -> str:
     return f'<mujoco model="m"><worldbody>{inside}</worldbody>{rest}</mujoco>'
 
@@ -247,8 +250,16 @@ def test_files_named_in_included_files_stand_beside_the_main_or_the_included_one
         (model("<body><body><freejoint/></body></body>"), "expects a body of the world"),
         (model('<body><freejoint align="true"/></body>'), "align=… of a free joint"),
         (
-            model(9 * "<body><joint/>" + 9 * "</body>", '<option density="1"/>'),
-            "forces of a medium on 'body_9', more than 8 joints deep, are not read",
+            model(5 * SKEW + 5 * "</body>", '<option density="1"/>'),
+            "line 1: forces of a medium on 'body_4', over so many joints, are not read",
+        ),
+        (
+            model(f'{5 * SKEW}<site name="s"/>{5 * "</body>"}<site name="w"/>').replace(
+                "</mujoco>",
+                '<tendon><spatial name="rope" armature="1"><site site="w"/><site site="s"/>'
+                "</spatial></tendon></mujoco>",
+            ),
+            "line 1: armature, branches and powers of tendon 'rope', over so many joints, are not",
         ),
         (
             model(

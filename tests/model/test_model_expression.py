@@ -212,3 +212,14 @@ def test_a_record_keeps_its_own_copy() -> None:
 def test_an_infinite_input_is_refused() -> None:
     with pytest.raises(InputError, match="expected a finite number for F, got nan"):
         Input("F", math.nan)
+
+
+def test_what_occurs_many_times_is_evaluated_once() -> None:
+    x = sympy.Symbol("x")
+    nested = x
+    for _ in range(40):  # as a tree, it has 2⁴⁰ leaves
+        nested = sympy.sin(nested) + sympy.cos(nested)
+    expected = 0.3
+    for _ in range(40):
+        expected = math.sin(expected) + math.cos(expected)
+    assert evaluate(nested, {"x": 0.3}) == pytest.approx(expected, rel=1e-12)

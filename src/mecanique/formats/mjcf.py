@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
@@ -98,8 +98,8 @@ _COUNTED = ("actuator", "contact", "keyframe", "sensor", "tendon")
 """Sections below <mujoco>; of the latter the dynamics do without a part, which is counted."""
 
 _ORIENTATIONS = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
-_MOST_IMMERSED = 8
-"""Joints in a row below which forces of a medium are written out: their terms double with each."""
+_MOST_OPERATIONS = 2000
+"""Of an expression for the flow at a body, or for a length; each joint multiplies them."""
 
 _NO_MASS = 1e-15
 """MuJoCo's mjMINVAL."""
@@ -829,6 +829,12 @@ class _Reader(Source):
 
         MuJoCo documentation, "Fluid forces", inertia model.
         """
+        from sympy import Abs, Float
+
+        def size_of(x: Scalar) -> Scalar:
+            # to be simplified, it would be written over one denominator
+            return abs(x) if isinstance(x, (float, Float)) else Abs(x, evaluate=False)
+
         s, moving = self._options, self._flows(option, follows)
         for link in self._links:
             mass = link.mass
@@ -843,9 +849,9 @@ class _Reader(Source):
             slide = axes.T @ (flow.velocity + np.cross(flow.spin, mass.center) - flow.wind)
             spin = axes.T @ flow.spin
             force = -3 * math.pi * size * s.viscosity * slide
-            force = axes @ (force - 0.5 * s.density * faces * np.abs(slide) * slide)
+            force = axes @ (force - 0.5 * s.density * faces * [*map(size_of, slide)] * slide)
             torque = -math.pi * size**3 * s.viscosity * spin
-            torque = axes @ (torque - s.density * paddles * np.abs(spin) * spin)
+            torque = axes @ (torque - s.density * paddles * [*map(size_of, spin)] * spin)
             x, y, z = mass.center.tolist()
             on = {"body": link.name, "axes": link.name}
             drag = Force(f"{link.name}_drag", point=(x, y, z), force=tuple(force), **on)
@@ -862,10 +868,7 @@ class _Reader(Source):
             flow = flows[joint.parent].move(pose_of(joint.origin) @ pose).add(linear, spin)
             flow = flow._replace(depth=flow.depth + (not isinstance(joint, Fixed)))
             flows[joint.child] = flow
-            if flow.depth > _MOST_IMMERSED:
-                why = f"more than {_MOST_IMMERSED} joints deep"
-                message = f"forces of a medium on {joint.child!r}, {why}, are not read"
-                raise self.refuse(option, message)
+            self._refuse_long(option, f"forces of a medium on {joint.child!r}", *flow[:2])
         return {name: flow for name, flow in flows.items() if flow.depth}
 
     # masses
@@ -1135,12 +1138,21 @@ class _Reader(Source):
             shared = sum(1 for pair in zip(*ways, strict=False) if pair[0] is pair[1])
             ends = []
             for way, site in zip(ways, (at_a, at_b), strict=True):
-                pose = np.eye(4)
-                for joint in way[shared:]:
-                    pose = pose @ self._pose_in_letters(tendon.element, joint)
-                ends.append((pose @ site)[:3, 3])
+                end = site[:, 3]
+                for joint in reversed(way[shared:]):
+                    end = self._pose_in_letters(tendon.element, joint) @ end
+                ends.append(end[:3])
             length = length + share * sqrt(sum((ends[1] - ends[0]) ** 2))
+        what = f"armature, branches and powers of tendon {tendon.name!r}"
+        self._refuse_long(tendon.element, what, [length])
         return length
+
+    def _refuse_long(self, element: Element, what: str, *vectors: Iterable[Scalar]) -> None:
+        """Refuse what takes minutes to compute with."""
+        from sympy import count_ops
+
+        if sum(int(count_ops(part)) for vector in vectors for part in vector) > _MOST_OPERATIONS:
+            raise self.refuse(element, f"{what}, over so many joints, are not read")
 
     def _rest_length(self, tendon: _Tendon) -> float:
         """The length of a tendon where the springs in joints are at rest."""

@@ -196,25 +196,38 @@ def evaluate(
         if scalar.name not in values:
             raise UnknownNameError("symbol", scalar.name, values)
         return values[scalar.name]
-    if scalar.is_Pow and scalar.exp.is_number:
-        base = evaluate(scalar.base, values, function=function, number=number)
-        if scalar.exp == _half():
-            return (function or numpy_function)("sqrt")(base)
-        if scalar.exp == -_half():
-            return 1 / (function or numpy_function)("sqrt")(base)
-        return base ** (int(scalar.exp) if scalar.exp.is_Integer else float(scalar.exp))
-    terms = [evaluate(term, values, function=function, number=number) for term in scalar.args]
-    if scalar.is_Add:
-        # sum() rounds floats otherwise from Python 3.12 on, and files are to be the same everywhere
-        return reduce(add, terms)
-    if scalar.is_Mul:
-        return reduce(mul, terms)
-    if scalar.is_Pow:
-        return terms[0] ** terms[1]
-    name = type(scalar).__name__
-    if name not in FUNCTIONS:
-        raise InputError(f"expected functions among {', '.join(FUNCTIONS)}, got {name} in {scalar}")
-    return (function or numpy_function)(name)(*terms)
+    known: dict[Any, Any] = {}  # what occurs many times is evaluated once
+
+    def value(part: Any) -> Any:
+        if part not in known:
+            known[part] = of_parts(part)
+        return known[part]
+
+    def of_parts(part: Any) -> Any:
+        if part.is_number or part.is_Symbol:
+            return evaluate(part, values, number=number)
+        if part.is_Pow and part.exp.is_number:
+            base = value(part.base)
+            if part.exp == _half():
+                return (function or numpy_function)("sqrt")(base)
+            if part.exp == -_half():
+                return 1 / (function or numpy_function)("sqrt")(base)
+            return base ** (int(part.exp) if part.exp.is_Integer else float(part.exp))
+        terms = [value(term) for term in part.args]
+        if part.is_Add:
+            # sum() rounds floats otherwise from Python 3.12 on, and files are the same everywhere
+            return reduce(add, terms)
+        if part.is_Mul:
+            return reduce(mul, terms)
+        if part.is_Pow:
+            return terms[0] ** terms[1]
+        name = type(part).__name__
+        if name not in FUNCTIONS:
+            known_names = ", ".join(FUNCTIONS)
+            raise InputError(f"expected functions among {known_names}, got {name} in {scalar}")
+        return (function or numpy_function)(name)(*terms)
+
+    return value(scalar)
 
 
 def compile_scalars(
