@@ -1,4 +1,4 @@
-"""The array of floating-point numbers that every room means, its median, places along it."""
+"""The array of floating-point numbers that every room means, and what is asked of it everywhere."""
 
 from __future__ import annotations
 
@@ -20,3 +20,15 @@ def median(values: npt.ArrayLike) -> float:
 def spread(length: int, most: int) -> npt.NDArray[np.intp]:
     """Return at most so many places along a length, evenly, the first and the last among them."""
     return np.linspace(0, length - 1, min(most, length)).astype(int)
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Return a × b, shapes (…, 3); NumPy's own takes several times as long for one vector."""
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    x = ay * bz - az * by
+    product = np.empty((*x.shape, 3))
+    product[..., 0] = x
+    product[..., 1] = az * bx - ax * bz
+    product[..., 2] = ax * by - ay * bx
+    return product

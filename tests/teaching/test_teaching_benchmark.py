@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import lru_cache
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,7 @@ import mecanique as mq
 from mecanique.cli import app
 from mecanique.teaching import Task, make_exercise, make_tasks, score_answers
 
-NUMBER = 14
+NUMBER = 8
 ROLLING = "rolling_disk/equation of motion/7"
 CART = "cart_pole/momentum/7"
 
@@ -22,6 +23,7 @@ def tasks() -> list[Task]:
     return list(make_tasks(NUMBER, seed=5))
 
 
+@lru_cache
 def solve(name: str) -> str:
     """Return the answer of the package itself."""
     system, kind, seed = name.split("/")
@@ -29,8 +31,8 @@ def solve(name: str) -> str:
 
 
 def test_a_seed_makes_the_same_tasks(tasks: list[Task]) -> None:
-    assert list(make_tasks(3, seed=5)) == tasks[:3]
-    assert [task.name for task in make_tasks(3, seed=6)] != [task.name for task in tasks[:3]]
+    assert list(make_tasks(2, seed=5)) == tasks[:2]
+    assert [task.name for task in make_tasks(2, seed=6)] != [task.name for task in tasks[:2]]
     assert len({task.name for task in tasks}) == NUMBER
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from mecanique.arrays import cross
+
 
 def multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the product a b of quaternions, shape (…, 4): turns by b, then by a."""
     r, s = a[..., :3], a[..., 3:]
     v, w = b[..., :3], b[..., 3:]
-    vector = s * v + w * r + np.cross(r, v)
+    vector = s * v + w * r + cross(r, v)
     scalar = s * w - (r * v).sum(-1, keepdims=True)
     return np.concatenate([vector, scalar], axis=-1)
 
@@ -27,8 +29,8 @@ def pure(vector: np.ndarray) -> np.ndarray:
 def turn(q: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """Return vectors turned from a body's axes, shape (…, 3): v + 2 w (r × v) + 2 r × (r × v)."""
     r, w = q[..., :3], q[..., 3:]
-    cross = 2 * np.cross(r, vector)
-    return np.asarray(vector + w * cross + np.cross(r, cross))
+    aside = 2 * cross(r, vector)
+    return np.asarray(vector + w * aside + cross(r, aside))
 
 
 def to_matrices(q: np.ndarray) -> np.ndarray:

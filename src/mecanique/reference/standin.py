@@ -18,8 +18,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from mecanique.arrays import Array
-from mecanique.reference.vectors import cross, hat, turn_about, turn_of
+from mecanique.arrays import Array, cross
+from mecanique.reference.vectors import hat, turn_about, turn_of
 
 __version__ = "stand-in"
 

@@ -19,14 +19,6 @@ def hat(vectors: Array) -> Array:
     return matrices
 
 
-def cross(a: Array, b: Array) -> Array:
-    """Return a × b, of one shape (…, 3)."""
-    ax, ay, az = a.T
-    bx, by, bz = b.T
-    product: Array = np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]).T
-    return product
-
-
 def rotate(turns: Array, vectors: Array) -> Array:
     """Return R x for matrices of shape (…, 3, 3) and vectors of shape (…, 3)."""
     rotated: Array = np.einsum("...ij,...j->...i", turns, vectors)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mecanique.arrays import Array
+from mecanique.arrays import Array, cross
 from mecanique.reference.engine.answers import (
     BodyMotions,
     Momentum,
@@ -15,7 +15,7 @@ from mecanique.reference.engine.answers import (
     Resultant,
 )
 from mecanique.reference.engine.tree import EngineTree
-from mecanique.reference.vectors import cross, rotate
+from mecanique.reference.vectors import rotate
 
 
 class MovingFrame(NamedTuple):

@@ -17,7 +17,7 @@ from typing import NamedTuple, final
 import numpy as np
 import numpy.typing as npt
 
-from mecanique.arrays import Array
+from mecanique.arrays import Array, cross
 from mecanique.model.constraints.loops import CLOSED
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import characteristic_length, turns, velocity_scales
@@ -32,7 +32,7 @@ from mecanique.reference.loops.contacts import (
 )
 from mecanique.reference.loops.nullspace import NaturalUnits
 from mecanique.reference.tolerances import ROUNDING, TINY
-from mecanique.reference.vectors import cross, hat
+from mecanique.reference.vectors import hat
 
 
 class Ends(NamedTuple):

@@ -13,12 +13,12 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from mecanique.arrays import Array
+from mecanique.arrays import Array, cross
 from mecanique.model.constraints.contacts import Blade, Contact, Rolling, row_names
 from mecanique.model.expression import Scalar, compile_scalars, symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.load import EngineModel, Holder
-from mecanique.reference.vectors import cross, hat
+from mecanique.reference.vectors import hat
 
 _REST = np.zeros(6)
 

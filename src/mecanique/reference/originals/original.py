@@ -13,8 +13,8 @@ from typing import Any, TypeAlias, final
 
 import numpy as np
 
-from mecanique.arrays import Array
-from mecanique.reference.vectors import cross, turn_of
+from mecanique.arrays import Array, cross
+from mecanique.reference.vectors import turn_of
 
 ByJoint: TypeAlias = Mapping[str, Sequence[Any]]
 """In each of n states, by name of the joint: a number, or the numbers of several coordinates.
