@@ -55,14 +55,19 @@ class Solver:
         self._mechanism = mechanism
         self._equations = derive(mechanism)
         try:
-            self._whole = _write_steps(self._equations) if self._equations.derivation else ""
+            self._derivation = self._equations.derivation
         except DerivationError as error:
             raise InputError(f"no exercise about {mechanism.name!r}: {error}") from None
+
+    @cached_property
+    def _whole(self) -> str:
+        """The derivation as far as its result."""
+        return _write_steps(self._equations)
 
     def ask(self, name: str) -> WorkedAnswer:
         """Return the answer to a kind of question, with what its letters of lengths mean."""
         kind = KINDS[name]
-        answer, ring = kind.answer(self), self._equations.derivation.algebra.ring
+        answer, ring = kind.answer(self), self._derivation.algebra.ring
         written = set(re.findall(r"\w+", answer.text))
         if (kind.ask or name) == _MOTION:  # where these letters are known
             written = set()
@@ -72,7 +77,7 @@ class Solver:
 
     def rate_difficulty(self, name: str) -> int:
         """Return from 1 to 5 how hard a question is, by its steps and what couples the motion."""
-        mechanism, M = self._mechanism, self._equations.derivation.M
+        mechanism, M = self._mechanism, self._derivation.M
         entries = [entry for row in M for entry in row]
         felt = {generator.name for entry in entries for generator in entry.generators()}
         hurdles = (
@@ -118,7 +123,7 @@ class Solver:
     def driving_force(self) -> WorkedAnswer:
         """Return the only input that a motion needs, and the equations that do without it."""
         (symbol,) = self._inputs
-        derivation = self._equations.derivation
+        derivation = self._derivation
         ring, lines = derivation.algebra.ring, list[str]()
         accelerations = [ring[name] for name in derivation.algebra.accelerations]
         for row, h, Q in zip(derivation.M, derivation.h, derivation.Q, strict=True):
@@ -141,7 +146,7 @@ class Solver:
 
     def mass_matrix(self) -> WorkedAnswer:
         """Return M."""
-        rows = [f"[{', '.join(map(_say, row))}]" for row in self._equations.derivation.M]
+        rows = [f"[{', '.join(map(_say, row))}]" for row in self._derivation.M]
         return WorkedAnswer(f"[{', '.join(rows)}]", self._until("Kinetic energy") + _FROM_T)
 
     def momentum(self) -> WorkedAnswer:
@@ -198,7 +203,7 @@ class Solver:
         """Return the inputs that balance the slope of the potential."""
         inputs = [signal.symbol for signal in self._mechanism.inputs]
         lines = []
-        for velocity, Q in zip(self._rates, self._equations.derivation.Q, strict=True):
+        for velocity, Q in zip(self._rates, self._derivation.Q, strict=True):
             acting = [g.name for g in Q.generators() if g.name in inputs]
             if acting:
                 slope = _say(self._lagrange.V.diff(velocity.removesuffix("'")))
@@ -214,7 +219,7 @@ class Solver:
         M, C, K = letters.matrices.M, letters.matrices.C, letters.matrices.K
         rows = [list(map(_polynomial, *row)) for row in zip(M, C, K, strict=True)]
         by = []
-        for Q in self._equations.derivation.Q:
+        for Q in self._derivation.Q:
             acts = symbol in {g.name for g in Q.generators()}
             by.append(_say(Q.diff(symbol)) if acts else "0")
         coordinate = self._rates[0].removesuffix("'")
@@ -301,7 +306,7 @@ class Solver:
         self._refuse(len(self._rates) != 1, "it has several coordinates")
         name, V = self._mechanism.coordinates.names[0], _say(self._lagrange.V)
         there = re.sub(rf"\b{name}\b", f"{name}0", V)
-        inertia = _say(self._equations.derivation.M[0][0])
+        inertia = _say(self._derivation.M[0][0])
         text = f"T = integral(sqrt(2 ({inertia})/({there} - ({V}))), {name}, -{name}0, {name}0)"
         return WorkedAnswer(text, self._until("Potential energy"), f"{name} = {name}0")
 
@@ -340,7 +345,7 @@ class Solver:
 
     @cached_property
     def _lagrange(self) -> Lagrange:
-        return Lagrange(self._mechanism, self._equations.derivation.algebra)
+        return Lagrange(self._mechanism, self._derivation.algebra)
 
     @property
     def _momenta(self) -> list[str]:
@@ -348,7 +353,7 @@ class Solver:
 
     @property
     def _rates_by_momenta(self) -> list[str]:
-        M = [list(map(_say, row)) for row in self._equations.derivation.M]
+        M = [list(map(_say, row)) for row in self._derivation.M]
         return self._solve(M, self._momenta)
 
     def _number(self, letter: str) -> list[str]:
