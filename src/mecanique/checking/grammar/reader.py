@@ -19,7 +19,7 @@ from lark.visitors import Transformer_NonRecursive, v_args
 from mecanique.checking.grammar import tree
 from mecanique.checking.grammar.letters import KnownLetters, key_of
 from mecanique.checking.grammar.mathml import is_mathml, text_of
-from mecanique.checking.grammar.scanner import Scanner, Token
+from mecanique.checking.grammar.scanner import CLOSE, OPEN, Scanner, Token
 from mecanique.checking.grammar.tables import write_out
 from mecanique.checking.grammar.tree import FUNCTIONS, Node
 from mecanique.errors import FormulaError
@@ -329,6 +329,7 @@ _MOST_DEFINITIONS = 12
 
 _BETWEEN = re.compile(r"(?:[\s,;={}$∈]|and|or|und|oder|\\in(?![a-z])|\\[{}\\,;]|\\q?quad)*")
 _TUPLE = re.compile(r"\(((?:[^()]|\([^()]*\))*)\)")
+_LIST = re.compile(r"(?<![\w}])\{([^{}]*,[^{}]*)\}")
 _VALUES = re.compile(
     r"(?:[\s\d.,;+−±°π*/()^-]|\\?pi(?![a-z])|deg(?:rees?)?|\\circ|and|or|und|oder|\\pm)+"
 )
@@ -369,6 +370,7 @@ def write_positions_out(text: str, names: Sequence[str]) -> str:
 
     text = _LISTED.sub(write_line_out, text)
     plain = re.sub(r"\\(?:left|right)(?![A-Za-z])", "", text)
+    plain = _LIST.sub(r"(\1)", plain)
     # (q1, q2) = … names the coordinates
     positions = [inner.split(",") for inner in _TUPLE.findall(plain) if not names_all(inner)]
     whole = all(len(values) == len(names) for values in positions)
@@ -422,9 +424,10 @@ def read_answer(text: str, letters: KnownLetters) -> ReadText:
         # no line defines w' alone, and with w its rate w' is undefined, too
         undefined = {word.rstrip("'") for word in scanner.unknown}
         kept = [_turn_round(line, undefined) for line in kept]
-        definitions = [line for line in kept if _defined_by(line)[0] in undefined]
+        entries = [_turn_round(entry, undefined) for line in kept for entry in _split_vector(line)]
+        definitions = [line for line in (*kept, *entries) if _defined_by(line)[0] in undefined]
         ready = [line for line in definitions if not _names(line[1:]) & undefined]
-        if not ready or len(defined) >= _MOST_DEFINITIONS or len(kept) == 1:
+        if not ready or len(defined) >= _MOST_DEFINITIONS or kept == ready[:1]:
             raise scanner.explain_unknown()
         name, order = _defined_by(ready[0])
         start = [token.kind for token in ready[0]].index("EQUALS") + 1
@@ -433,7 +436,8 @@ def read_answer(text: str, letters: KnownLetters) -> ReadText:
         if order == 2:
             formula = tree.call("sqrt", formula)
         letters = _define(name, formula, letters)
-        defined[name] = _quote(ready[0], text)
+        said = " ".join(token.value for token in ready[0])
+        defined[name] = _quote(ready[0], text) if ready[0] in kept else said
         places.add(_start(ready[0]))
     if not kept:
         raise FormulaError(
@@ -492,6 +496,33 @@ def _parse(tokens: list[Token], letters: KnownLetters, text: str) -> list[list[N
 
 def _names(tokens: Sequence[Token]) -> set[str]:
     return {token.value.rstrip("'") for token in tokens if token.kind == "NAME"}
+
+
+def _split_vector(line: list[Token]) -> list[list[Token]]:
+    """Return the equations a = c and b = d of [a, b] = [c, d], none of any other line."""
+    equals = [k for k, token in enumerate(line) if token.kind == "EQUALS"]
+    if len(equals) != 1:
+        return []
+    left, right = _list_entries(line[: equals[0]]), _list_entries(line[equals[0] + 1 :])
+    if len(left) != len(right):
+        return []
+    return [[*a, line[equals[0]], *b] for a, b in zip(left, right, strict=True)]
+
+
+def _list_entries(side: list[Token]) -> list[list[Token]]:
+    """Return the entries of a vector in square brackets, none if it is anything else."""
+    entries: list[list[Token]] = [[]]
+    depth = 0
+    for token in side[:-1]:
+        depth += (token.kind in OPEN) - (token.kind in CLOSE)
+        if depth == 0:
+            return []
+        if depth == 1 and token.kind in ("COMMA", "SEMICOLON"):
+            entries.append([])
+        else:
+            entries[-1].append(token)
+    entries[0] = entries[0][1:]
+    return entries if side and side[0].kind == "LSQB" and side[-1].kind == "RSQB" else []
 
 
 def _turn_round(line: list[Token], undefined: Collection[str]) -> list[Token]:

@@ -540,7 +540,10 @@ class Scanner:
         if match := _METHOD.match(text, at):
             return self._method(match)
         if match := _SIGN.match(text, at):
-            return self._put(*_FIXED[match[0]], at, match.end())
+            end = self._put(*_FIXED[match[0]], at, match.end())
+            # a letter behind a bracket may be one that the text defines
+            follows = _UNIT.match(text, end) if sign == ")" else None
+            return self._measure(end) if follows and follows["unit"] not in "NJWm" else end
         if match := _END_OF_SENTENCE.match(text, at):
             return match.end()
         remedy = _REMEDIES.get(sign, "expected letters, numbers and + - * / ^ ( ) =")
@@ -579,6 +582,10 @@ class Scanner:
     def _number(self, written: str, start: int, end: int) -> int:
         """Read a number and the unit behind it, if there is one."""
         self._put("NUMBER", written, start, end)
+        return self._measure(end)
+
+    def _measure(self, end: int) -> int:
+        """Read the unit behind a number or a bracket, if any; return the position after it."""
         unit_match = _UNIT.match(self._plain, end)
         if unit_match is None:
             return end
@@ -607,8 +614,8 @@ class Scanner:
             return self._put_derivative(match["word"], len(match["dots"]), match)
         match = _WORD.match(text, at)
         assert match is not None
-        word = re.sub(r"[{}\\\s]", "", match[0])
-        end = match.end()
+        subscript, end = self._subscript(match.end())
+        word = re.sub(r"[{}\\\s]", "", match[0]) + ("_" + subscript if subscript else "")
         if word in ("and", "or"):
             return self._put("NEWLINE", word, at, end)
         return self._put_word(word, at, end)

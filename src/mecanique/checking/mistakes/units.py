@@ -61,8 +61,8 @@ class LetterUnits:
                 total: Dimension | None = PURE
                 has_unit = any(part.name.startswith("[") for part in node.parts)
                 for part in node.parts:
-                    # a number with its unit behind it has no other
-                    if not (has_unit and part.kind == "number"):
+                    # numbers with their unit behind them have no other
+                    if not has_unit or part.letters:
                         total = _combine(total, self.find(part, text), 1)
                 return total
             case "quotient":
