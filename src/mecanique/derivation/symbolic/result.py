@@ -41,6 +41,7 @@ _ELIMINATED = (
     "others are added, each times the coefficient with which its velocity depends on that of the "
     "free one: in such a displacement the forces of the constraints do no work, and cancel."
 )
+_TURNED = "Components of friction along and across the heading are shorter than those in the plane."
 _ELSEWHERE = (
     "Kinematic coefficients, the velocities per unit of one of them, reduce the equations to one "
     "without multipliers: reduce_loops writes it."
@@ -82,7 +83,8 @@ def result_of(derivation: Derivation) -> Ending:
             told += [] if reduced.sections else said[-1:]
         if solved.forces:
             by = "" if solved.accelerations else " from the accelerations"
-            said.append(f"The forces of the constraints follow{by}.")
+            turned = f" {_TURNED}" if solved.turned else ""
+            said.append(f"The forces of the constraints follow{by}.{turned}")
             told.append(said[-1])
         inserted = _insert(derivation.reactions, solved)
         if inserted:
