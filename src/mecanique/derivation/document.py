@@ -394,8 +394,8 @@ class Document:
         """Every symbol that is printed, and longer parameters that are only spoken of."""
         listed = self._list_meanings(steps=True)
         parameters = self.derivation.algebra.mechanism.parameters
-        spoken = {name for name in (parameter.symbol for parameter in parameters) if len(name) > 1}
-        return frozenset(spoken).union(*(meaning.names for meaning in listed))
+        spoken = frozenset(p.symbol for p in parameters if len(p.symbol) > 1)
+        return spoken.union(*(meaning.names for meaning in listed))
 
     @property
     def _heading(self) -> str:
