@@ -395,6 +395,12 @@ def test_equations_that_are_too_long_to_be_read_are_listed_as_results(
     assert f"The equations have {equations.terms} terms: here they are a list" in run.stderr
 
 
+def test_the_list_of_one_method_stands_for_those_of_all() -> None:
+    run = CliRunner().invoke(app, ["derive", "rattleback", "--method", "all"])
+    assert run.exit_code == 0
+    assert "as long: --method newton_euler or virtual_work writes one" in run.stderr
+
+
 def test_derive_solves_what_rolls() -> None:
     """The last line of a book: Goldstein, Classical Mechanics, sect. 2.4, with a disk."""
     for words in (("--solve",), ("--in", "x"), ("--in", "turn")):

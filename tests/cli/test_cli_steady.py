@@ -99,16 +99,6 @@ def test_matrices_are_printed_in_letters() -> None:
     assert M in run(*words)
 
 
-def test_a_bicycle_is_derived_as_it_rides_by_whatever_method() -> None:
-    """The exact equations, 216 results that are computed and not read, are left to the code."""
-    derived = CliRunner().invoke(app, ["derive", "whipple_bicycle"])
-    assert derived.stdout.endswith(" = 6.0243\n")
-    assert "trail [m]" in derived.stdout
-    assert "'mecanique code' writes them as a program" in derived.stderr
-    words = ["derive", "whipple_bicycle", "--method", "newton_euler", "--steps"]
-    assert CliRunner().invoke(app, words).stdout == derived.stdout
-
-
 def test_all_methods_end_in_small_motions_once() -> None:
     text = CliRunner().invoke(app, ["derive", "simple_pendulum", "--method", "all"]).stdout
     assert text.count(". Small motions\n") == 1

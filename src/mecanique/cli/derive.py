@@ -264,8 +264,11 @@ def derivation(
     steps: bool,
     *,
     units: bool = False,
+    alone: bool = True,
 ) -> str:
     """Return the equations of motion by one method, with what each symbol means."""
+    from mecanique.derivation import METHODS
+
     equations = mq.derive(mechanism, method=method)
     if not equations.legible:
         ride = _expand_ride(mechanism)
@@ -280,6 +283,9 @@ def derivation(
                 f"The equations have {equations.terms:,} terms: here they are a list of named "
                 "results; in Python, mecanique.derive(…).text() writes them out"
             )
+        if mechanism.constrained and not alone:  # the lists of the others differ in few lines
+            others = " or ".join(name for name in METHODS if name != method)
+            inform(f"The other methods give lists as long: --method {others} writes one")
         return _join([getattr(mq.write_recursion(equations), form)()], form)
     if units:
         from mecanique.model.mechanism_units import add_unit
@@ -297,11 +303,8 @@ def derivations(mechanism: mq.Mechanism, form: Form) -> str:
     from mecanique.derivation.printing.prose import to_latex
 
     shortest = mq.derive(mechanism)
-    if not shortest.legible:  # the lists of the others differ from its own in few lines
-        if mechanism.constrained:
-            others = " or ".join(name for name in METHODS if name != shortest.method)
-            inform(f"The other methods give lists as long: --method {others} writes one")
-        return derivation(mechanism, shortest.method, form, steps=True)
+    if not shortest.legible:
+        return derivation(mechanism, shortest.method, form, steps=True, alone=False)
     parts, explained = list[str](), frozenset[str]()
     *_, last = METHODS
     for method in METHODS:
