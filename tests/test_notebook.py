@@ -13,6 +13,7 @@ import pytest
 
 import mecanique as mq
 from mecanique import notebook
+from mecanique.derivation.printing.writers import MathML
 from mecanique.figure.draw import figure_text
 from mecanique.wording import Legible
 
@@ -85,6 +86,15 @@ def test_equations_wrap_at_their_terms() -> None:
     assert html.count("&#x200b;") == 3
     assert html.endswith('<mo form="infix">=</mo><mrow><mn>0</mn></mrow></math></div>')
     assert f'aria-label="{escape(shown.text(), quote=True)}"' in html
+
+
+def test_functions_keep_clear_of_letters_below_a_bar() -> None:
+    writer = MathML()
+    below = [writer.letter("c", False, ""), writer.call("sin", "<mi>q</mi>", "2")]
+    space = '<mspace width="0.1667em"/>'
+    fraction = writer.term(["<mi>a</mi>"], [*below, *below], [])
+    assert fraction.count(f"<mi>c</mi><mo>&#x2062;</mo>{space}<mrow><msup><mi>sin</mi>") == 2
+    assert fraction.count(f"</mrow><mo>&#x2062;</mo>{space}<mi>c</mi>") == 1
 
 
 def test_newton_and_euler_show_their_reactions() -> None:

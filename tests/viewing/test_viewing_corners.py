@@ -281,6 +281,14 @@ SHOWN = """() => [...document.querySelectorAll("#strips .strip")].map((row) => [
     row.querySelector("output").textContent,
     parseFloat(row.querySelector("i").style.left)])"""
 
+MIDDLE = """() => {
+    const { picture, stage } = mecanique;
+    const [x, y] = stage.project(picture.row.slice(7, 10));
+    const { left, top } = stage.pane.getBoundingClientRect();
+    return [left + x, top + y];
+}"""
+"""The middle of the first moving body in the window [px]."""
+
 
 def test_a_page_plays_a_ball_that_bounces_to_rest(show: Callable[..., Visit]) -> None:
     motion = move("bouncing_ball")
@@ -320,6 +328,19 @@ def test_a_page_plays_a_ball_that_bounces_to_rest(show: Callable[..., Visit]) ->
     assert seen.js("document.querySelectorAll('#energy-table tfoot td')[0].textContent") == seen.js(
         "document.querySelectorAll('#energy-table tfoot td')[1].textContent"
     )
+    # a hand lifts the ball, and does not press it into the ground
+    heights = []
+    for lift in (60, -500):
+        seen.seek(0)
+        x, y = seen.js(MIDDLE)
+        seen.page.mouse.move(x, y)
+        seen.page.mouse.down()
+        seen.page.mouse.move(x, y - lift)
+        assert seen.js("mecanique.picture.row[9]") >= 0.1 - 1e-9  # the floor holds as it is held
+        seen.page.mouse.up()
+        heights.append(seen.js("mecanique.setup.bench.setting.start[0]"))
+    assert heights[0] > 0.6
+    assert heights[1] == pytest.approx(motion.q[-1, 0], abs=1e-9)
     seen.clean()
 
 

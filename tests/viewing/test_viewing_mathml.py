@@ -59,3 +59,10 @@ def test_letters_of_a_steps_sentence_are_set() -> None:
     step = DerivationStep("Reactions", "", lead="R_pin_n pulls along the rod.")
     shown = write_equations(SceneText(derivations=(ShownDerivation("Newton", (step,)),)))
     assert "</msub></math> pulls along the rod.</p>" in shown
+
+
+def test_components_in_a_list_of_symbols_may_stand_in_lines_of_their_own() -> None:
+    letters = "<math><mi>F</mi><mo>,</mo><mi>N</mi></math>"
+    shown = write_equations(SceneText(symbols=((letters, "force"),)))
+    assert len(re.findall("<math.*?</math>", shown)) == 2
+    assert "</math>,</span> <math" in shown

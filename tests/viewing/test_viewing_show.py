@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from viewing_browser import Visit, until
 from viewing_scenes import reach
 
 import mecanique as mq
+from mecanique.derivation.printing.writers import to_lines
 from mecanique.motion.analysis.forces import Actions
 from mecanique.viewing.show import scene
 
@@ -192,14 +194,25 @@ def test_a_notebook_shows_the_page_in_a_frame_of_its_own(
     text = motions("rigid_bar_pendulum")._repr_html_()
     assert text is not None
     assert text.startswith('<iframe sandbox="allow-scripts allow-downloads" ')
+    fraction = "<mfrac><msup><mi>l</mi><mn>2</mn></msup><mi>g</mi></mfrac>"
+    lines = f'<div style="width: 140px">{to_lines("<mo>+</mo>".join(6 * [fraction]))}</div>'
     (tmp_path / "notebook.html").write_text(
-        f"<!DOCTYPE html><html><body>{text}</body></html>", encoding="utf-8"
+        f"<!DOCTYPE html><html><body>{lines}{text}</body></html>", encoding="utf-8"
     )
     seen = visit((tmp_path / "notebook.html").as_uri(), wait=False, offline=True)
     inner = seen.page.frame_locator("iframe")
     inner.locator("body.ready").wait_for()
     assert inner.locator(".badge.good").inner_text() == "✓ agrees"
     assert inner.locator("canvas").count() > 0
+    # a denominator keeps clear of the numerator in the line below
+    boxes = seen.js("[...document.querySelectorAll('math')].map((e) => e.getBoundingClientRect())")
+    gaps = [
+        lower["top"] - upper["bottom"]
+        for upper, lower in pairwise(boxes)
+        if lower["left"] < upper["left"]
+    ]
+    assert gaps
+    assert min(gaps) > 4
     seen.clean()
 
 

@@ -31,6 +31,7 @@ _CALLED = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "sign": "sgn"}
 _NUMBERED = re.compile(r"([^\W\d_]+?)(\d+)")
 _WORD = re.compile(r"(?:\\d+ot\{)?\\text\{")
 _WORDY = re.compile(r"(?:<m(?:over|sub|sup|subsup)[^>]*>)*<mi>\w{2,}</mi>")
+_CALLING = re.compile(r"<mrow>(?:<msup>)?<mi>\w{2,}</mi>")
 _BRACKETS = ("(", "\\left(")
 _LARGE = 10**6
 """Numbers up to this are searched for squares that stand before a root."""
@@ -297,7 +298,8 @@ class MathML(Writer):
         for before, factor in pairwise(factors):
             letters = not before.startswith("<mn>") and not factor.startswith("<mrow>")
             wordy = letters and any(map(_WORDY.match, (before, factor)))
-            product += f"{_TIMES}{_THIN if wordy else ''}{factor}"
+            called = _CALLING.match(before) or _CALLING.match(factor)
+            product += f"{_TIMES}{_THIN if wordy or called else ''}{factor}"
         for k, factor in enumerate(moving):
             product += f"{_TIMES}{_THIN}{factor}" if factors or k else factor
         if len(factors) + len(moving) <= 1:
@@ -449,7 +451,7 @@ _LINES = (
     ' text-indent: -1.5em; line-height: 2.2; overflow: auto hidden">{}</div>'
 )
 # an inline formula would be set small, and an indentation would pass on to its parts
-_PIECE = '<math displaystyle="true" style="text-indent: 0">{}</math>'
+_PIECE = '<math displaystyle="true" style="text-indent: 0; margin: 0.2em 0">{}</math>'
 
 
 def to_lines(row: str, alt: str = "") -> str:

@@ -302,10 +302,12 @@ def encode(figure: str) -> str:
 def _symbols(document: SceneText) -> str:
     if not document.symbols:
         return ""
-    rows = "".join(
-        f'<tr><th scope="row">{safe(symbol)}</th><td class="words">{escape(meaning)}</td></tr>'
-        for symbol, meaning in document.symbols
-    )
+    rows = ""
+    for symbol, meaning in document.symbols:
+        # components in formulas of their own, between which lines break
+        letters = re.sub(r"</?math[^>]*>", "", symbol).split("<mo>,</mo>")
+        parts = ", ".join(map(safe, letters))
+        rows += f'<tr><th scope="row">{parts}</th><td class="words">{escape(meaning)}</td></tr>'
     return _part("Symbols", _table(rows, kind="symbols"))
 
 

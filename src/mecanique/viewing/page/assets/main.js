@@ -37,7 +37,7 @@ import { describeBreaks } from "./studies/holding.js";
 import { Sketch, UNSEEN } from "./sketch/sketch.js";
 import { Sections } from "./studies/sections.js";
 import { Setup, describeLimits } from "./panels/setup.js";
-import { EnergyTable, ForceTable, LedgerTable } from "./panels/tables.js";
+import { EnergyTable, ForceTable, LedgerTable, wireTables } from "./panels/tables.js";
 import { reach, wireSave, wireTabs } from "./panels/tabs.js";
 import { layoutOf, openParcel, Table, unpack } from "./data/unpack.js";
 
@@ -57,12 +57,12 @@ async function loadSetup(scene, layout, motion) {
 function wireExtras(setup, { picture, layout, plots, clock }) {
   if (!setup) return null;
   const { scene } = picture;
+  const hand = new Hand(picture, clock, setup);
   if (scene.engine.switching) {
     setup.listeners.push(new Beside(setup, scene, layout, plots));
     return null;
   }
   const modes = new Modes(setup, scene, picture);
-  const hand = new Hand(picture, clock, setup);
   const exaggerating = new Exaggerating(picture, layout, modes);
   const sections = new Sections(setup, plots, scene, layout);
   setup.listeners.push(new Beside(setup, scene, layout, plots), sections, exaggerating);
@@ -174,6 +174,7 @@ async function build({ scene, layout, table, live, clock, parts }) {
   wireSave(scene.fileName);
   wireMenus();
   wireCopies(document.getElementById("panel"));
+  wireTables(document.getElementById("panel"));
   wireSplitter(document.getElementById("splitter"));
 
   const source = sourceOf(live, table, { clock, picture, plots });

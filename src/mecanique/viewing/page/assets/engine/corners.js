@@ -246,9 +246,19 @@ export class Corners {
     return ends && this.isWithin(k, now) && now.of[k].inside < -now.gaps[normal];
   }
 
+  findWithin(now) {
+    return this.elements.filter((_, k) => this.isWithin(k, now) && this.isInside(k, now));
+  }
+
+  // Takes bodies that are one within the other apart until they touch; says whether that was possible.
+  part(t, y) {
+    const rows = this.findWithin(this.read(t, y)).map(({ normal }) => normal);
+    return this.loopsOf(rows)?.close(t, y) ?? true;
+  }
+
   begin(t, y) {
     const now = this.read(t, y);
-    const within = this.elements.find((_, k) => this.isWithin(k, now) && this.isInside(k, now));
+    const [within] = this.findWithin(now);
     if (within) return `as ${within.name} begins with its bodies one within the other`;
     const touching = this.elements.map((_, k) => this.isTouching(k, now));
     return this.change(t, y, touching, new Set());

@@ -1,5 +1,6 @@
 // A hand that moves a point of a body: coordinates follow as far as joints and loops let them.
 
+import { Corners } from "./corners.js";
 import { cross, dot, subtract } from "../data/vectors.js";
 
 const PULLS = 12;
@@ -25,6 +26,7 @@ export class Grip {
     this.y = Float64Array.from(state);
     this.y.fill(0, machine.nq);
     this.loops = machine.loopsWith(p);
+    this.corners = computed.path?.corners;
     this.raw = new Float64Array(computed.raw.length);
     this.slopes = new Float64Array(this.y.length);
   }
@@ -85,13 +87,25 @@ export class Grip {
     for (let part = Math.min(1, FARTHEST_TURN / length); part * length > SHORTEST_PULL; part /= 2) {
       const next = this.moved(this.y, x, part);
       if (this.loops && !this.loops.close(this.t, next)) continue;
+      if (this.corners && !this.corners.part(this.t, next)) continue;
       next.fill(0, this.machine.nq);
       if (this.machine.beyond(this.p, [this.t, next], true)) continue;
       if (Math.hypot(...subtract(target, this.at(next))) >= distance) continue;
+      if (this.corners && !this.begin(next)) continue;
       this.y = next;
       return true;
     }
     return false;
+  }
+
+  // Whether a motion begins at a state, by the mode that then holds.
+  begin(y) {
+    try {
+      this.corners = new Corners(this.machine, this.p, [this.t, this.t], y);
+    } catch {
+      return false;
+    }
+    return true;
   }
 
   // The part of a row along motions that the loops leave free.

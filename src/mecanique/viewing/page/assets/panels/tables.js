@@ -116,3 +116,19 @@ export class ForceTable {
 }
 
 const describe = (what, value) => [make("dt", {}, what), make("dd", {}, value)];
+
+// Sets tables in less room where they are wider than their frame; what is hidden follows when shown.
+export function wireTables(panel) {
+  const rooms = new WeakMap();
+  const fit = (table) => {
+    const room = table.parentElement.clientWidth;
+    if (!room) return;
+    if (rooms.get(table) !== room) table.classList.remove("tight");
+    rooms.set(table, room);
+    if (table.offsetWidth > room) table.classList.add("tight");
+  };
+  const sizes = new ResizeObserver((entries) =>
+    requestAnimationFrame(() => entries.forEach(({ target }) => fit(target))),
+  );
+  for (const table of panel.querySelectorAll("table")) sizes.observe(table);
+}

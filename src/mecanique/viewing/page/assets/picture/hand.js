@@ -113,7 +113,8 @@ export class Hand {
       return;
     }
     const state = this.grip.pull(place);
-    this.grip.computed.fill(this.grip.t, state, this.picture.row);
+    const { computed, t, corners } = this.grip;
+    computed.fill(t, state, this.picture.row, corners);
     this.picture.redraw();
   }
 
