@@ -160,6 +160,22 @@ def test_a_bouncing_ball_comes_to_rest_at_its_time() -> None:
     np.testing.assert_allclose(motion.energy().work[-1], -G, rtol=1e-12, atol=0)
 
 
+def test_bounces_off_a_place_that_decimals_round_end_in_time() -> None:
+    """A ball's center at 0.1 m has its gap rounded, which took 2e-10 s from the lowest bounces."""
+    m = mq.Mechanism(
+        "ball",
+        (mq.Body("ground"), mq.Body("ball", mq.ball(1.0, 0.1))),
+        (mq.Prismatic("z", "ground", "ball", axis=(0, 0, 1)),),
+        switching=(mq.Contact("floor", "ball", radius=0.1, restitution=0.8),),
+    )
+    motion = mq.simulate(m, q=[1.1], duration=5.0)
+    rest = math.sqrt(2 / G) * (1 + 0.8) / (1 - 0.8)
+    assert motion.events[-1].name == "floor: rest"
+    np.testing.assert_allclose(motion.events[-1].t, rest, rtol=1e-12, atol=0)
+    lost = motion.losses([5.0])["floor: impact"][0]
+    np.testing.assert_allclose(lost, G, rtol=1e-12, atol=0)
+
+
 def test_a_billiard_ball_rolls_at_five_sevenths_of_its_speed() -> None:
     mu, r, mass = 0.2, 0.03, 0.17
     table = flat(mq.ball(mass, r), mq.Contact("cloth", "body", radius=r, mu=mu))

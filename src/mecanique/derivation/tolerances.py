@@ -104,7 +104,12 @@ NO_GAP = 1e-16
 """Gaps below this many characteristic lengths, half of ε, cannot be made smaller."""
 
 LAST_BOUNCE = 1e-13
-"""Bounces that stay below this many characteristic lengths are the tail of a geometric sum."""
+"""Bounces that stay below this many characteristic lengths are over."""
+
+TAIL = 1e-9
+"""Bounces that stay below this many characteristic lengths are the tail of a geometric sum. Lower
+ones last a time that the rounding of gaps makes uncertain, by a part of 1e-4 where they are over;
+higher ones are under a force that changes."""
 
 STILL = 1e-12
 """Speeds below this part of those around are rounding."""

@@ -34,7 +34,7 @@ from mecanique.derivation.mechanics.switching import (
     strike,
 )
 from mecanique.derivation.mechanics.vectors import Triple, add, cross, scale
-from mecanique.derivation.tolerances import REDUNDANT, SWITCHING
+from mecanique.derivation.tolerances import REDUNDANT, SWITCHING, TAIL
 from mecanique.errors import DerivationError, MecaniqueError
 from mecanique.generation.build import assemble
 from mecanique.generation.mechanics.constrained import inputs_at
@@ -159,7 +159,7 @@ class PageCorners:
             positional=tuple(self._corners.rows.positional.tolist()),
             forces=len(self._forces),
             length=self._corners.length,
-            tolerances=SWITCHING,
+            tolerances=SWITCHING | {"TAIL": TAIL},
         )
 
     def _write_rows(self) -> list[Any]:

@@ -41,6 +41,7 @@ from mecanique.derivation.tolerances import (
     REDUNDANT,
     SAME_PROGRAM,
     STILL,
+    TAIL,
 )
 from mecanique.errors import DerivationError, InputError, IntegrationError
 from mecanique.generation.mechanics.switching import SwitchingEquations
@@ -510,6 +511,8 @@ class Corners:
             rows = self._list_rows(solution.mode) + [self.elements[k].rows[0] for k in ended]
             v = v + _least_step(terms, rows, terms.rates[rows])
             terms = self.rows.at(q, v, t)
+            # the energy of the bounces left out is lost by the last one
+            occurrences[-1] = replace(occurrences[-1], after=v)
             for k, later in ended.items():
                 occurrences.append(Occurrence(f"{self.elements[k].name}: rest", t + later, q, v, v))
             solution = self._decide(t, y, follow)
@@ -576,7 +579,7 @@ class Corners:
             speed, fall = float(terms.rates[row]), -float(growth[row])
             if not (e < 1 and speed > still and fall > 0):
                 continue
-            if speed**2 / (2 * fall) <= LAST_BOUNCE * self.length:
+            if speed**2 / (2 * fall) <= TAIL * self.length:
                 ended[k] = 2 * speed / (fall * (1 - e))
         return ended
 

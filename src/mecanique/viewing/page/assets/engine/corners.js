@@ -495,7 +495,7 @@ export class Corners {
       const speed = rates[normal];
       const fall = -numbers[this.marginAt + 2 * this.count + 2 * k];
       if (!(of[k].restitution < 1 && speed > still && fall > 0)) return [];
-      return speed ** 2 / (2 * fall) <= this.tolerances.LAST_BOUNCE * this.length ? [normal] : [];
+      return speed ** 2 / (2 * fall) <= this.tolerances.TAIL * this.length ? [normal] : [];
     });
     if (!ended.length) return false;
     const loops = this.loopsOf([...this.rowsHeld(this.modes[next]), ...ended]);
