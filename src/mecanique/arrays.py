@@ -27,7 +27,7 @@ def cross(a: Array, b: Array) -> Array:
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
     bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
     x = ay * bz - az * by
-    product = np.empty((*x.shape, 3))
+    product = np.empty((*x.shape, 3), dtype=x.dtype)  # a step of derivatives may be complex
     product[..., 0] = x
     product[..., 1] = az * bx - ax * bz
     product[..., 2] = ax * by - ay * bx

@@ -37,3 +37,11 @@ def test_axes_of_any_shape_are_kept() -> None:
     np.testing.assert_allclose(
         turn(found, np.array([1.0, 2.0, 3.0])), matrices @ [1.0, 2.0, 3.0], rtol=0, atol=2e-14
     )
+
+
+def test_vectors_may_take_a_complex_step() -> None:
+    """The derivative of a turned vector along another is that other, turned."""
+    q = some_turns().as_quat()[:5]
+    vector, along = np.random.default_rng(1).normal(size=(2, 3))
+    stepped = turn(q, vector + 1e-20j * along).imag / 1e-20
+    np.testing.assert_allclose(stepped, turn(q, along), rtol=0, atol=1e-14)
