@@ -103,13 +103,24 @@ def test_the_search_for_causes_ends_in_time_and_says_so(
 
     def late(*_: object) -> Iterator[Mistake]:
         yield Mistake("sign", "the sign is wrong", "q", 1.0)
-        raise budget.OutOfTimeError("late")
+        raise budget.SpentError("late", "5 s")
 
     monkeypatch.setattr(search, "repairs", late)
     answer = mq.check(PENDULUM, text, ask)
     assert answer.outcome == "wrong"
     assert str(answer.causes[0]) == "the sign is wrong"
     assert str(answer.causes[-1]) == "the search for causes ended after 5 s"
+
+
+@pytest.mark.usefixtures("patience")
+def test_a_search_that_runs_out_of_parts_leaves_the_verdict(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A quick machine has spent 100,000 parts before its time is over."""
+    monkeypatch.setattr(budget, "MOST_PARTS", 5000)
+    answer = mq.check(PENDULUM, "+".join(["q"] * 300) + "=0")
+    assert answer.outcome == "wrong"
+    assert str(answer.causes[-1]) == "the search for causes ended after 5,000 parts"
 
 
 @pytest.mark.parametrize(
@@ -125,7 +136,7 @@ def test_the_search_in_quantities_ends_in_time_and_says_so(
 ) -> None:
     def late(*_: object) -> Iterator[Mistake]:
         yield Mistake("sign", "the sign is wrong", "", 0.1)
-        raise budget.OutOfTimeError("late")
+        raise budget.SpentError("late", "5 s")
 
     monkeypatch.setattr(QuantityMistakes, method, late)
     answer = mq.check(PENDULUM, text, ask)

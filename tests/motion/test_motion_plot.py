@@ -58,7 +58,7 @@ def test_plots_that_do_not_exist_are_refused(
 ) -> None:
     with pytest.raises(mq.UnknownNameError, match="unknown plot 'energy'; did you mean 'energies'"):
         motion.plot("energy")
-    wrong = "unknown joint or loop 'pim'; did you mean 'pin'"
+    wrong = "unknown joint, loop or contact 'pim'; did you mean 'pin'"
     with pytest.raises(mq.UnknownNameError, match=wrong):
         motion.plot("reactions", "pim")
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)

@@ -29,8 +29,17 @@ _LOOK = 64
 
 
 @final
-class OutOfTimeError(FormulaError):
-    """A judgement takes too long."""
+class SpentError(FormulaError):
+    """A judgement takes more than it may.
+
+    Args:
+        message: what to do about it.
+        most: what it may take, in words.
+    """
+
+    def __init__(self, message: str, most: str) -> None:
+        super().__init__(message)
+        self.most = most
 
 
 @final
@@ -45,16 +54,16 @@ class _Budget:
         """Take parts from what is left."""
         before, self.left = self.left, self.left - parts
         if self.left < 0:
-            raise FormulaError(TOO_LONG)
+            raise SpentError(TOO_LONG, f"{MOST_PARTS:,} parts")
         if before // _LOOK != self.left // _LOOK or not parts:
             self.look()
 
     def look(self) -> None:
         """Read the clock."""
         if processor_time() > self.end:
-            raise OutOfTimeError(
-                f"the formulas are not judged within {SECONDS:g} s; write them shorter"
-            )
+            most = f"{SECONDS:g} s"
+            message = f"the formulas are not judged within {most}; write them shorter"
+            raise SpentError(message, most)
 
 
 _CURRENT: ContextVar[_Budget | None] = ContextVar("budget", default=None)

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.arrays import Array
-from mecanique.checking.budget import SECONDS, OutOfTimeError, spend
+from mecanique.checking.budget import SpentError, spend
 from mecanique.checking.grammar import tree
 from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import Statement
@@ -951,7 +951,7 @@ class Search:
     ) -> list[Mistake]:
         """Return the single changes of parts that are written, and the parts that are not."""
         changes = _list_in_time(repairs(residual, self.context, text))
-        written = [mistake for mistake in changes if mistake.part or mistake is _ENDED]
+        written = [mistake for mistake in changes if mistake.part or mistake.kind == "time"]
         return written + _list_in_time(find_lacking(residual, series))
 
     @cached_property
@@ -1120,16 +1120,14 @@ def _misfits(
     return []
 
 
-_ENDED = Mistake("time", f"the search for causes ended after {SECONDS:g} s", "", math.inf)
-
-
 def _list_in_time(mistakes: Iterable[Mistake]) -> list[Mistake]:
-    """Return mistakes, those listed until the time was over, and that it was."""
+    """Return mistakes, those listed until time or parts were spent, and that they were."""
     listed: list[Mistake] = []
     try:
         listed.extend(mistakes)
-    except OutOfTimeError:
-        listed.append(_ENDED)
+    except SpentError as spent:
+        ended = f"the search for causes ended after {spent.most}"
+        listed.append(Mistake("time", ended, "", math.inf))
     return listed
 
 
