@@ -17,7 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 BLOCK = re.compile(r"^```(sh|python)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 OF_README = ("pip ", "pytest", "sphinx-build ")
-SECONDS = 600
+SECONDS = 300
 """What one command may take."""
 
 

@@ -56,6 +56,10 @@ def patience(monkeypatch: pytest.MonkeyPatch) -> None:
         ("sin([q, q]) = 0", "kinetic energy", (), "expected a formula, got a matrix"),
         ("[[q, q], [q, q]]", "frequency", (), "expected a formula, got a matrix"),
         ("[[q, q], [q, q]]", "equilibrium", (), "expected a formula, got a matrix"),
+        ("H" * 19990, "Hamiltonian", (), "more than 200 signs"),
+        ("{" + "," * 19990, "equilibrium", (), "more than 4,000 signs"),
+        (", " * 9900, "equilibrium", (), "more than 4,000 signs"),
+        ("if " * 6600, "equilibrium", (), "more than 4,000 signs"),
         ("<math><mi>\ud800</mi></math>", "equation of motion", (), "a surrogate"),
     ],
 )

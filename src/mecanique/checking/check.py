@@ -51,7 +51,7 @@ _RATE = re.compile(r"(?:v|w|u|omega)(\d?)")
 """Usual letters of rates in a state-space form."""
 
 _OF_STATE = re.compile(
-    r"(?P<name>[A-Za-z]+)(?P<brace>\}?)\s*(?:\\left\s*)?\([^()=+*/^-]*\)(?=\s*&?=)"
+    r"(?<![A-Za-z])(?P<name>[A-Za-z]+)(?P<brace>\}?)\s*(?:\\left\s*)?\([^()=+*/^-]*\)(?=\s*&?=)"
 )
 """What M(q) = … or H(q, p) = … depends on."""
 

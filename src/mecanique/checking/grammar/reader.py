@@ -329,15 +329,16 @@ _MOST_DEFINITIONS = 12
 
 _BETWEEN = re.compile(r"(?:[\s,;={}$∈]|and|or|und|oder|\\in(?![a-z])|\\[{}\\,;]|\\q?quad)*")
 _TUPLE = re.compile(r"\(((?:[^()]|\([^()]*\))*)\)")
-_LIST = re.compile(r"(?<![\w}])\{([^{}]*,[^{}]*)\}")
+_LIST = re.compile(r"(?<![\w}])\{([^{},]*,[^{}]*)\}")
 _VALUES = re.compile(
     r"(?:[\s\d.,;+−±°π*/()^-]|\\?pi(?![a-z])|deg(?:rees?)?|\\circ|and|or|und|oder|\\pm)+"
 )
 _OR = re.compile(r"\b(?:and|or|und|oder)\b")
 _LISTED = re.compile(r"([^=;()\n]+)=([^=;()\n]+)")
 _REMARK = re.compile(
-    r"[ ,;]*(?:(?:\band )?\b\w+ (?:is )?(?:arbitrary|any|free|beliebig)\b|\bany \w+\b(?![ ]*[=(])"
-    r"|\b(?:if|when|for|provided|falls|wenn|si)\b[^=\n;]*(?:[<>≤≥]|\\[lg]eq?(?![a-z]))[^\n;]*)"
+    r"(?<![ ,;])[ ,;]*(?:(?:\band )?\b\w+ (?:is )?(?:arbitrary|any|free|beliebig)\b"
+    r"|\bany \w+\b(?![ ]*[=(])"
+    r"|\b(?:if|when|for|provided|falls|wenn|si)\b[^=\n;]{0,99}(?:[<>≤≥]|\\[lg]eq?(?![a-z]))[^\n;]*)"
 )
 """What is free in an equilibrium, and for which parameters there is one."""
 

@@ -85,7 +85,7 @@ _REWRITES = (
     ),
     (re.compile(r"\bIntegral\((.*),\s*\((\w+),([^,]+),([^,]+)\)\s*\)"), r"integral(\1,\2,\3,\4)"),
 )
-_BRACES = re.compile(r"(?<![_^\w}])\{(?:\s*\{[^{}]*,[^{}]*\}\s*,?)+\s*\}")
+_BRACES = re.compile(r"(?<![_^\w}])\{\s*(?:\{[^{},]*,[^{}]*\}\s*(?:,\s*)?)+\}")
 """A matrix of Mathematica."""
 
 _BOUND = r"(\{(?:[^{}]|\{[^{}]*\})*\}|\\[A-Za-z]+|\w+)"

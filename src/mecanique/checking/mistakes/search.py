@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from itertools import chain, combinations, permutations
+from itertools import chain, combinations, pairwise, permutations
 from types import MappingProxyType
 from typing import TypeAlias, final
 
@@ -247,8 +247,8 @@ _Candidate: TypeAlias = tuple[Array, str, str, float]
 
 
 def _exchange_digits(written: str) -> Iterator[float]:
-    """Yield a number as it is with two of its digits exchanged."""
-    for i, j in combinations([k for k, sign in enumerate(written) if sign.isdigit()], 2):
+    """Yield a number as it is with two neighbouring digits exchanged."""
+    for i, j in pairwise([k for k, sign in enumerate(written) if sign.isdigit()]):
         signs = [*written]
         signs[i], signs[j] = signs[j], signs[i]
         yield float("".join(signs))
