@@ -607,36 +607,78 @@ def _is_singular(matrix: Any) -> bool:
 @lru_cache(maxsize=1000)  # modes share most of their denominators, and many of their formulas
 def _shorten(value: Any) -> Any:
     """Return a formula in factors, short by sin² + cos² = 1."""
-    from sympy import Dummy, Function, cos, factor, factor_terms, fraction, simplify, sin, together
+    from sympy import Dummy, Function, Pow, cos, factor_terms, fraction, simplify, sin, together
 
     # an exponential would be turned over, and overflow where what it stood for is none
     calls = {call: Dummy() for call in value.atoms(Function) - value.atoms(sin, cos)}
     value, back = value.xreplace(calls), {letter: call for call, letter in calls.items()}
     long = value.count_ops() > LONGEST_FACTORED
-    above, below = (_factor(side, short=not long) for side in fraction(together(value)))
+    sides = fraction(value)
+    if any(power.exp.could_extract_minus_sign() for side in sides for power in side.atoms(Pow)):
+        sides = fraction(together(value))  # which takes long, and changes nothing of N/D
+    above, below = (_factor(side, short=not long) for side in sides)
     if long:
         return factor_terms(above / below).xreplace(back)
-    short = factor(above / below)
+    short = _factor(above / below)
     if short.count_ops() > MOST_SIMPLIFIED or not short.has(sin, cos):
         return short.xreplace(back)
-    simplified = factor(simplify(short))
+    simplified = _factor(simplify(short))
     shorter = 4 * simplified.count_ops() <= 3 * short.count_ops()
     return (simplified if shorter else short).xreplace(back)
 
 
 @lru_cache(maxsize=1000)
-def _factor(polynomial: Any, *, short: bool) -> Any:
-    """Return a sum in factors, each as short as sin² + cos² = 1 makes it if asked."""
-    from sympy import factor_list
+def _factor(product: Any, *, short: bool = False) -> Any:
+    """Return a product in factors, each as short as sin² + cos² = 1 makes it if asked."""
+    from sympy import Add, Integer, Mul, Poly, factor, ring
 
-    number, factors = factor_list(polynomial)
-    return number * prod((_fold_angles(p) if short else p) ** power for p, power in factors)
+    number, factors = Integer(1), []
+    for power in Mul.make_args(product):
+        base, exponent = power.as_base_exp()
+        polynomial = Poly(base) if isinstance(base, Add) and exponent.is_integer else None
+        if polynomial is None or not (polynomial.domain.is_ZZ or polynomial.domain.is_QQ):
+            factors.append((factor(power), 1))
+            continue
+        denominator, polynomial = polynomial.clear_denoms(convert=True)
+        letters, *_ = ring(polynomial.gens, polynomial.domain)
+        content, parts = _list_factors(letters.from_dict(polynomial.rep.to_dict()))
+        number *= (content / denominator) ** exponent
+        factors += [(part.as_expr(), times * exponent) for part, times in parts]
+    rest = Integer(1)
+    for base, exponent in factors:
+        content, base = (_fold_angles(base) if short else base).as_coeff_Mul()
+        number *= content**exponent
+        rest *= base**exponent
+    # sympy would multiply a fraction into a sum
+    spread = number in (1, -1) or not isinstance(rest, Add)
+    return number * rest if spread else Mul(number, rest, evaluate=False)
+
+
+def _list_factors(polynomial: Any) -> tuple[Any, list[tuple[Any, int]]]:
+    """Return the number and the irreducible factors of a polynomial, with their powers.
+
+    What is left of a x + b without the common factors of a and b is irreducible: letters of the
+    first degree, as masses and forces are, spare a search that takes nearly all of sympy's time.
+    """
+    from sympy import Integer
+
+    degrees = enumerate(polynomial.degrees())
+    slopes = {letter: polynomial.coeff_wrt(letter, 1) for letter, most in degrees if most == 1}
+    if not slopes:
+        number, factors = polynomial.factor_list()
+        return Integer(number), factors
+    letter = min(slopes, key=lambda letter: len(slopes[letter]))
+    common = slopes[letter].gcd(polynomial.coeff_wrt(letter, 0))
+    number, factors = _list_factors(common)
+    rest = polynomial.exquo(common)
+    sign = 1 if rest.LC > 0 else -1
+    return sign * number, [*factors, (sign * rest, 1)]
 
 
 @lru_cache(maxsize=1000)
 def _fold_angles(polynomial: Any) -> Any:
     """Return a sum without squares of sines, or of their cosines, where it is shorter."""
-    from sympy import Pow, cos, expand, factor, sin
+    from sympy import Pow, cos, expand, sin
 
     for angle in sorted({call.args[0] for call in polynomial.atoms(sin, cos)}, key=str):
         c, s = cos(angle), sin(angle)
@@ -648,16 +690,23 @@ def _fold_angles(polynomial: Any) -> Any:
                 for power in polynomial.atoms(Pow)
                 if power.base == letter and power.exp > 1
             }
-            ways += [factor(expand(polynomial.xreplace(powers)))] if powers else []
-        polynomial = min(ways, key=_length)
+            ways += [_factor(expand(polynomial.xreplace(powers)))] if powers else []
+        fewest = min(map(_count_operations, ways))
+        polynomial = min(
+            (way for way in ways if _count_operations(way) == fewest), key=_count_signs
+        )
     return polynomial
 
 
-def _length(formula: Any) -> tuple[int, int, str]:
-    """Return by what formulas of one value are ordered, whatever their sign: the shortest first."""
-    signed = formula, -formula
-    operations = min(side.count_ops() for side in signed)
-    return operations, min(str(side).count("-") for side in signed), str(formula)
+@lru_cache(maxsize=1000)
+def _count_operations(formula: Any) -> int:
+    """Return the number of operations of a formula, whatever its sign."""
+    return int(min(formula.count_ops(), (-formula).count_ops()))
+
+
+def _count_signs(formula: Any) -> tuple[int, str]:
+    """Return by what formulas of one length are ordered: that with fewer signs first."""
+    return min(str(side).count("-") for side in (formula, -formula)), str(formula)
 
 
 def _list_conditions(
