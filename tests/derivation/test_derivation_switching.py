@@ -16,7 +16,6 @@ from mecanique.derivation.mechanics.switching import (
     FORWARD,
     SLIPS,
     STICKS,
-    THEN,
     ElementRows,
     ModeProblem,
     Terms,
@@ -170,7 +169,7 @@ def test_an_impact_turns_the_rate_of_the_gap_around(restitution: float) -> None:
 
 @pytest.mark.parametrize("restitution", [0.0, 0.5])
 def test_an_impact_by_poisson_gives_a_part_of_the_impulse_back(restitution: float) -> None:
-    """What sticks while it is pressed may slip while it parts, by μ of the impulse given back."""
+    """Friction is μ of the impulse given back, too; by Routh's diagram the puck slips on."""
     bouncing = mq.Contact("floor", "puck", mu=MU, law="poisson")
     elements = (ElementRows(bouncing, 0, (1,), pressing=0, restitution=restitution),)
 
@@ -181,16 +180,13 @@ def test_an_impact_by_poisson_gives_a_part_of_the_impulse_back(restitution: floa
     back, friction = restitution * pressed, MU * restitution * pressed
     for state, along in (
         (STICKS, -6.0 * MASS),
-        (f"{STICKS}{THEN}{BACKWARD}", -6.0 * MASS + friction),
-        (f"{FORWARD}{THEN}{STICKS}", -6.0 * MASS),
         (FORWARD, -MU * pressed - friction),
+        ("", -MU * pressed - friction),
     ):
-        assert state in elements[0].impacts
         change, impulses = bounce(terms, elements, ("floor", state), solve_state)
         np.testing.assert_allclose(impulses, [pressed + back, along, 0], rtol=1e-14, atol=1e-14)
         expected = [along / MASS, 0, (pressed + back) / MASS]
         np.testing.assert_allclose(change, expected, rtol=1e-14, atol=1e-14)
-    assert len(elements[0].impacts) == 9
 
 
 @pytest.mark.parametrize("foot", [0.0, 0.6, -0.6, 2.0])

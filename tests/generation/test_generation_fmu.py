@@ -322,12 +322,12 @@ def test_a_model_ends_bounces_while_another_contact_is_held(mu: float, tmp_path:
 
 
 def test_a_model_has_poissons_impacts(tmp_path: Path) -> None:
-    """A rod sticks as it is compressed and is pushed forwards by the expansion, or slips."""
-    q, v = {"z": 0.9, "th": 1.2}, {"x": -1.0, "th": 1.0}
+    """The slip of a rod turns round as it is compressed, by Routh's diagram."""
+    q, v = {"z": 0.9, "th": 0.2}, {"x": 0.3}
     modes = mq.derive_modes(make_rod("poisson"))
     code = mq.generate(modes, "fmu", q=q, v=v, samples=4)
     assert code.verdict is not None
-    assert code.verdict.worst["impact_end_sticks_then_slips_plus"] < 1e-12
+    assert code.verdict.worst["impact_end"] < 1e-12
     ends = {}
     for law in ("newton", "poisson"):
         ends[law] = mq.simulate(make_rod(law), q=q, v=v, duration=0.45, rtol=1e-12)(0.45).q

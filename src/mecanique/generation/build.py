@@ -11,6 +11,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.switching import (
@@ -212,6 +214,11 @@ def _list_corners(mechanism: Mechanism, equations: SwitchingEquations) -> Switch
         (*(name.endswith(": normal") for name in names), *in_joints),
         characteristic_length(replace(mechanism, switching=())),
         tuple(values_of(equations.list_terms())),
+        {
+            k: tuple(values_of(np.concatenate(equations.bounce(element.name))))
+            for k, element in enumerate(equations.elements)
+            if element.struck
+        },
     )
 
 
@@ -262,21 +269,20 @@ def _identify(*words: str) -> str:
 
 
 def _write_impacts(equations: SwitchingEquations) -> Iterator[Answer]:
-    """Yield the velocities after each element's impact, and its impulses, by its friction."""
+    """Yield the velocities after each element's impact, and its impulses."""
     for element in filter(lambda element: element.struck, equations.elements):
-        for state in element.impacts:
-            changes, impulses = equations.bounce(element.name, state)
-            after = [v + dv for v, dv in zip(equations.letters.v, changes, strict=True)]
-            quantity = Output(
-                name=_identify("impact", element.name, state),
-                symbol="u",
-                takes=("t", "q", "v"),
-                meaning=f"velocities after an impact of {element.name} that {state}, its impulses",
-                mode=((element.name, state),),
-                struck=True,
-            )
-            values = values_of([*after, *(impulses[row] for row in element.rows)])
-            yield Answer(quantity, tuple(values), (len(values),))
+        changes, impulses = equations.bounce(element.name)
+        after = [v + dv for v, dv in zip(equations.letters.v, changes, strict=True)]
+        quantity = Output(
+            name=_identify("impact", element.name),
+            symbol="u",
+            takes=("t", "q", "v"),
+            meaning=f"velocities after an impact of {element.name} by itself, then its impulses",
+            mode=((element.name, ""),),
+            struck=True,
+        )
+        values = values_of([*after, *(impulses[row] for row in element.rows)])
+        yield Answer(quantity, tuple(values), (len(values),))
 
 
 def refuse_time(mechanism: Mechanism) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -187,6 +187,7 @@ class SwitchingTerms:
     positional: tuple[bool, ...]  # whether each row is the rate of a gap
     length: float  # a characteristic length [m]
     values: tuple[Value, ...]  # as `SwitchingEquations.list_terms` gives them
+    impacts: Mapping[int, tuple[Value, ...]]  # of elements struck: `SwitchingEquations.bounce`
 
 
 @final

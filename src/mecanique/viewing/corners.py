@@ -96,9 +96,10 @@ class PageCorners:
         ]
         struck = [element for element in self.elements if element.struck]
         self._modes = list(_combine_sticking(self.elements))
-        strikes = _combine(self.elements, struck)
+        together = struck if len(struck) > 1 else []
+        strikes = _combine(self.elements, together)
         self._strikes = [mode for mode in strikes if {*_name(mode)} != {OPEN}]
-        expansions = _combine(self.elements, [e for e in struck if e.by_impulse])
+        expansions = _combine(self.elements, [e for e in together if e.by_impulse])
         self._expansions = [mode for mode in expansions if {*_name(mode)} != {OPEN}]
         self._given: dict[int, Any] = {}
         for element in struck:
@@ -134,6 +135,11 @@ class PageCorners:
         self._compare(modes, written)
         functions = {"rows": self._write_rows()}
         functions |= {f"mode{k}": values for k, values in enumerate(written)}
+        functions |= {
+            f"impact{k}": self._take(*self._equations.bounce(element.name))
+            for k, element in enumerate(self.elements)
+            if element.struck
+        }
         functions |= {f"strike{k}": self._write_strike(mode) for k, mode in enumerate(strikes)}
         functions |= {
             f"expansion{k}": self._write_strike(mode, self._given)
@@ -207,11 +213,14 @@ class PageCorners:
             for rate in (terms.rates[element.normal],)
         }
         drive = strike(terms, targets, elements, given)
-        change, impulses = self._equations.solve(mode, drive)
-        between = terms.jacobian @ (as_scalars(self.letters.v) + 0.5 * change)
-        works = impulses * between
-        taken = [-1.0 * sum(works[list(element.rows)], 0.0) for element in elements]
-        return [*change, *taken, *self._presuppose(mode, drive, change, impulses)]
+        solved = self._equations.solve(mode, drive)
+        return [*self._take(*solved), *self._presuppose(mode, drive, *solved)]
+
+    def _take(self, change: Scalars, impulses: Scalars) -> list[Any]:
+        """Return changes of velocities, and the energy that each element takes."""
+        between = as_scalars(self.letters.v) + 0.5 * change
+        works = impulses * (self._equations.terms.jacobian @ between)
+        return [*change, *(-1.0 * sum(works[list(e.rows)], 0.0) for e in self.elements)]
 
     def _presuppose(
         self, mode: Mode, drive: ModeProblem, a: Scalars, forces: Scalars

@@ -11,13 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 from typing import Any, NamedTuple, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
 
 from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.tolerances import REDUNDANT, STILL
 from mecanique.errors import InputError
 from mecanique.model.constraint_base import GuidingElement, JointRow, PressingContact
 from mecanique.model.constraints.friction import Contact, Switching
@@ -30,7 +30,8 @@ Scalars: TypeAlias = npt.NDArray[Any]
 
 OPEN, CLOSED, STICKS = "open", "closed", "sticks"
 FORWARD, BACKWARD, SLIPS = "slips +", "slips -", "slips"
-THEN = ", then "
+LEAST, ABSENT = 5e-324, 1e-30
+"""The least number, a divisor by which what has no solution is not finite; a part that is none."""
 
 
 @final
@@ -103,12 +104,11 @@ class ElementRows:
 
     @property
     def impacts(self) -> tuple[str, ...]:
-        """The states that an impact may be in, one after the other where it is by Poisson's law."""
-        closed = self.states[1:]
-        if not self.by_impulse:
-            return closed
-        pairs = product(closed, closed)
-        return tuple(first if first == last else f"{first}{THEN}{last}" for first, last in pairs)
+        """What an impact by itself may be: in a plane it is known, of no named state.
+
+        In space its friction is asked for.
+        """
+        return self.states[1:] if len(self.tangents) > 1 else ("",)
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -288,6 +288,7 @@ def bounce(
     elements: Sequence[ElementRows],
     named: tuple[str, str],
     solve: Callable[[Terms, str, ModeProblem], tuple[Scalars, Scalars]],
+    functions: tuple[Callable[[Any], Any], Callable[[Any], Any]] = (np.abs, np.sign),
 ) -> tuple[Scalars, Scalars]:
     """Return the changes of velocities and the impulses of an element's impact by itself.
 
@@ -296,20 +297,94 @@ def bounce(
         elements: those of the mechanism.
         named: the element, and in which of its `impacts`.
         solve: gives both in one state of the element.
+        functions: the absolute value of a scalar, and its sign.
     """
-    name, states = named
+    name, friction = named
     (element,) = (rows for rows in elements if rows.name == name)
-    normal, (first, _, last) = element.normal, states.partition(THEN)
+    normal = element.normal
     assert normal is not None, "it is struck"
+    if not friction:
+        unit = strike(terms, {}, elements, {normal: 1.0})
+        pushes = [
+            solve(terms, state, unit)
+            for state in ((FORWARD, BACKWARD) if element.tangents else (CLOSED, CLOSED))
+        ]
+        return _follow_routh(terms, element, pushes, *functions)
     if not element.by_impulse:
         rate = -1.0 * element.restitution * terms.rates.T[normal]
-        return solve(terms, first, strike(terms, {normal: rate}, elements))
-    pressed, impulses = solve(terms, first, strike(terms, {}, elements))
-    between = terms.rates + (terms.jacobian @ pressed[..., None])[..., 0]
-    terms = terms._replace(rates=between)
+        return solve(terms, friction, strike(terms, {normal: rate}, elements))
+    pressed, impulses = solve(terms, friction, strike(terms, {}, elements))
+    terms = terms._replace(rates=terms.rates + _along(terms, pressed))
     given = {normal: element.restitution * impulses.T[normal]}
-    parted, more = solve(terms, last or first, strike(terms, {}, elements, given))
+    parted, more = solve(terms, friction, strike(terms, {}, elements, given))
     return pressed + parted, impulses + more
+
+
+def _along(terms: Terms, a: Scalars) -> Scalars:
+    """Return J a."""
+    rows: Scalars = (terms.jacobian @ a[..., None])[..., 0]
+    return rows
+
+
+def _follow_routh(
+    terms: Terms,
+    element: ElementRows,
+    pushes: Sequence[tuple[Scalars, Scalars]],
+    absolute: Callable[[Any], Any],
+    sign: Callable[[Any], Any],
+) -> tuple[Scalars, Scalars]:
+    """Return changes of velocities and impulses by Routh's diagram, without a branch.
+
+    The normal impulse grows; friction is on its cone against slip until that stops, then on the ray
+    of sticking or, if this is outside the cone, on the side of the cone next to it. Compression
+    ends as the approach does. Then the approach returns e times (Newton), or the normal impulse
+    does (Poisson): E. J. Routh, Dynamics of a System of Rigid Bodies, Elementary Part, ch. IV.
+    Where friction jams what Newton's law asks to part, impulses are not finite.
+
+    Args:
+        terms: of the state.
+        element: what is struck.
+        pushes: changes of velocities and impulses of a unit normal impulse, slipping + and -.
+        absolute: gives the absolute value of a scalar.
+        sign: gives its sign.
+    """
+
+    def positive(scalar: Any) -> Any:
+        return 0.5 * (scalar + absolute(scalar))
+
+    (ahead, back) = (np.concatenate(push, axis=-1) for push in pushes)
+    # by the normal impulse, and by friction of the size of its limit in the positive direction
+    mean, half = 0.5 * (ahead + back), 0.5 * (back - ahead)
+    nv, normal = terms.load.shape[-1], element.normal
+    by_normal, by_friction = (_along(terms, push[..., :nv]).T for push in (mean, half))
+    yields, turned = by_normal[normal], by_friction[normal]
+    across, rubbed, slip = 0.0, 0.0, 0.0
+    for row in element.tangents:
+        across, rubbed, slip = by_normal[row], by_friction[row], terms.rates.T[row]
+    way, speed = sign(slip), absolute(slip)
+    slows, parts = rubbed - way * across, yields - way * turned
+    outside = positive(absolute(across) - rubbed)
+    ray = -1.0 * across / (rubbed + outside + ABSENT * yields)
+    approach = positive(-1.0 * terms.rates.T[normal])
+    gain = approach * (1.0 if element.by_impulse else 1.0 + element.restitution)
+    lacks = gain * slows - parts * speed
+    rounding = STILL * (absolute(gain * slows) + absolute(parts * speed))
+    stops = sign(positive(lacks - rounding))
+    goes = 1.0 - stops
+    until = stops * speed / (stops * slows + goes * yields)
+    later = yields + ray * turned
+    frees = sign(positive(later - REDUNDANT * yields))
+    least = frees * later + (1.0 - frees) * goes * yields + LEAST
+    press = goes * gain / (goes * parts + stops * yields) + until
+    press = press + stops * (gain - parts * until) / least
+    if element.by_impulse:
+        press = (1.0 + element.restitution) * press
+    excess = positive(press * slows - speed)
+    excess = excess / (slows * sign(excess) + yields * (1.0 - sign(excess)))
+    rubs = ray * excess - way * (press - excess)
+    shares = (np.asarray(share, mean.dtype) for share in (press, rubs))
+    whole = sum((part.T * share).T for part, share in zip((mean, half), shares, strict=True))
+    return whole[..., :nv], whole[..., nv:]
 
 
 def strike(

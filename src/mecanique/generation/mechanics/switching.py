@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, final
 
 import numpy as np
@@ -99,13 +100,14 @@ class SwitchingEquations:
         """Return M⁻¹ of a column."""
         return self._factors.solve(list(column))
 
-    def bounce(self, element: str, states: str) -> tuple[Scalars, Scalars]:
+    def bounce(self, element: str, states: str = "") -> tuple[Scalars, Scalars]:
         """Return the changes of velocities and the impulses of an element's impact by itself."""
 
         def solve(terms: Terms, state: str, drive: ModeProblem) -> tuple[Scalars, Scalars]:
             return self.solve(name_mode(self.elements, {element: state}), drive)
 
-        return bounce(self.terms, self.elements, (element, states), solve)
+        functions = self.length, partial(self.letters.call, "sign")
+        return bounce(self.terms, self.elements, (element, states), solve, functions)
 
     def solve(self, mode: Mode, drive: ModeProblem) -> tuple[Scalars, Scalars]:
         """Return the accelerations or changes of velocities, and the force along each row."""

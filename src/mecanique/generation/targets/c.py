@@ -34,7 +34,7 @@ from mecanique.program.tape import Tape, Value
 NOTATION = call_functions("", "const double {} = {};", Abs="fabs", sign="signum")
 """The notation of C."""
 
-SIGN = "static double signum(double x) { return (x > 0) - (x < 0); }"
+SIGN = "#define signum(x) ((double)(((x) > 0) - ((x) < 0)))"
 """The sign function, which C lacks."""
 
 _PLAIN = str.maketrans({"·": "*", "²": "^2", "³": "^3", "θ": "theta", "–": "-", "−": "-"})

@@ -7,8 +7,9 @@
  * and of their rows; MODE, the place in p from which on the state of each element stands; for each
  * element the rows normal[], tangent[] and pressing[], −1 for none, whether it is struck[], elastic[],
  * impacts in_turn[] or by_impulse[] (Poisson's law) or has a side with ends[], and its name[]; whether a row is positional[], the rate of a gap; LENGTH, a
- * characteristic length; tolerances in capital letters, which derivation/tolerances.py explains; and
- * measure(t, y, p, out), which gives Terms.
+ * characteristic length; tolerances in capital letters, which derivation/tolerances.py explains;
+ * measure(t, y, p, out), which gives Terms; and for each element collide[](t, y, p, out), what
+ * velocities change by as it is struck by itself, then the impulses of all rows, or NULL.
  */
 #include <stdbool.h>
 #include <stdio.h>
@@ -551,18 +552,31 @@ static bool is_touching(const Terms *k, int e, double state)
     return state != OPEN_ELEMENT || (k->gap[normal[e]] <= CLOSED_GAP * LENGTH && is_inside(k, e));
 }
 
+/* Strike an element by itself; return whether there is a solution. */
+static int strike_alone(double t, double *y, const double *p, int e)
+{
+    double out[NV + ROWS];
+    collide[e](t, y, p, out);
+    for (int i = 0; i < NV; i++) {
+        if (!isfinite(out[i])) return 0;
+        y[NQ + i] += out[i];
+    }
+    return 1;
+}
+
 /*
  * Strike contacts together; return how many solutions there are, none also where the bodies still
  * approach after Poisson's expansion or contacts have both laws.
  */
 static int strike(double t, double *y, const double *p, const bool *near, double still)
 {
-    int allowed[ELEMENTS], numbers[2] = {0, 0};
+    int allowed[ELEMENTS], numbers[2] = {0, 0}, last = 0;
     for (int e = 0; e < ELEMENTS; e++) {
         allowed[e] = 1 << OPEN_ELEMENT;
-        if (near[e]) allowed[e] |= 1 << HELD, numbers[by_impulse[e]]++;
+        if (near[e]) allowed[e] |= 1 << HELD, numbers[by_impulse[e]]++, last = e;
         if (near[e] && tangent[e] >= 0) allowed[e] |= 1 << FORWARD | 1 << BACKWARD;
     }
+    if (numbers[0] + numbers[1] == 1) return strike_alone(t, y, p, last);
     if (numbers[0] && numbers[1]) return 0;
     Solved kept[MOST_FOLLOWING];
     for (int phase = 0; phase < (numbers[1] ? 2 : 1); phase++) {
@@ -863,8 +877,7 @@ static double creep(double t, const double *y, const double *p)
     return worst;
 }
 
-/* for tests: a mode's accelerations and forces, or the velocities after an impact and impulses, by
- * Poisson's law of two modes ---------------------------------------------------------------------- */
+/* for tests: a mode's accelerations and forces, or the velocities after an impact and impulses --- */
 
 #ifdef _WIN32
 __declspec(dllexport)
@@ -877,26 +890,15 @@ int mecanique_mode(double t, const double *y, const double *p, const double *mod
     Terms k;
     Solved solved;
     know(t, y, p, &k);
-    Drive drive = accelerate(&k);
-    if (strikes) {
-        drive = bounce(&k);
-        /* as if bodies approached */
-        for (int e = 0; e < ELEMENTS; e++)
-            if (struck[e] && !by_impulse[e])
-                drive.wanted[normal[e]] = -(1.0 + k.restitution[e]) * k.rate[normal[e]];
+    const Drive drive = accelerate(&k);
+    for (int e = 0; strikes && e < ELEMENTS; e++) {
+        if (mode[e] == OPEN_ELEMENT) continue;
+        collide[e](t, y, p, out);
+        for (int i = 0; i < NV; i++) out[i] += y[NQ + i];
+        return 1;
     }
     if (!solve_mode(&k, &drive, mode, &solved)) return 0;
-    bool expands = false;
-    for (int e = 0; e < ELEMENTS; e++) expands = expands || (strikes && mode[e] != OPEN_ELEMENT && by_impulse[e]);
-    if (expands) {
-        const Solved pressed = solved;
-        for (int r = 0; r < ROWS; r++) k.rate[r] += along(k.slopes[r], pressed.a);
-        drive = expand(&k, &pressed);
-        if (!solve_mode(&k, &drive, mode + ELEMENTS, &solved)) return 0;
-        for (int i = 0; i < NV; i++) solved.a[i] += pressed.a[i];
-        for (int r = 0; r < ROWS; r++) solved.force[r] += pressed.force[r];
-    }
-    for (int i = 0; i < NV; i++) out[i] = solved.a[i] + (strikes ? y[NQ + i] : 0.0);
+    memcpy(out, solved.a, sizeof solved.a);
     memcpy(out + NV, solved.force, sizeof solved.force);
     return 1;
 }

@@ -18,7 +18,7 @@ from itertools import product as cartesian
 from pathlib import Path
 from typing import final
 
-from mecanique.derivation.mechanics.switching import THEN, ElementRows
+from mecanique.derivation.mechanics.switching import ElementRows
 from mecanique.derivation.tolerances import SWITCHING
 from mecanique.errors import DerivationError, InputError
 from mecanique.generation.dop853 import write_constants
@@ -105,7 +105,9 @@ def results_of(program: Program) -> list[Answer]:
 
 
 def _code(element: ElementRows, state: str) -> int:
-    """Return the number of a state of an element in C; 1 where it is closed or sticks."""
+    """Return the number of a state of an element in C; 1 where it is closed, struck or sticks."""
+    if not state:
+        return 1
     return element.states.index(state) + (element.normal is None)
 
 
@@ -365,23 +367,20 @@ def _list_modes(
 ) -> Iterator[tuple[str, tuple[list[int], int, list[int]]]]:
     """Yield each answer in a mode: its states in C, whether it is an impact, and its places.
 
-    The states stand twice, of an impact by Poisson's law those of its two phases.
+    Of an impact the state of the element that is struck is 1.
     """
     velocities = list(range(len(program.letters["v"])))
     for answer in program.answers:
         if named := dict(answer.quantity.mode):
-            codes, after, rows = list[int](), list[int](), list[int]()
+            codes, rows = list[int](), list[int]()
             for element in elements:
                 if element.name in named:
-                    state, _, last = named[element.name].partition(THEN)
                     rows += element.rows
-                    codes.append(_code(element, state))
-                    after.append(_code(element, last or state))
+                    codes.append(_code(element, named[element.name]))
                 else:
                     codes.append(0)
-                    after.append(0)
             places = [*velocities, *(len(velocities) + row for row in rows)]
-            yield answer.quantity.name, (codes + after, int(answer.quantity.struck), places)
+            yield answer.quantity.name, (codes, int(answer.quantity.struck), places)
 
 
 def _write_corners(
@@ -410,6 +409,11 @@ def _write_corners(
     for name, number in {"LENGTH": corners.length, **SWITCHING}.items():
         yield f"static const double {name} = {number!r};"
     yield from write_function(moving, "measure", corners.values)
+    for k, values in corners.impacts.items():
+        yield from write_function(moving, f"collide_{k}", values)
+    struck = [f"collide_{k}" if k in corners.impacts else "NULL" for k in range(len(elements))]
+    yield "typedef void (*Collide)(double, const double *, const double *, double *);"
+    yield f"static const Collide collide[] = {{{', '.join(struck)}}};"
     yield Path(__file__).with_name("corners.c").read_text(encoding="utf-8")
 
 

@@ -31,10 +31,12 @@ from mecanique.derivation.mechanics.switching import (
     ModeProblem,
     Terms,
     accelerate,
+    bounce,
     friction_limit,
     hold,
     keep_inside,
     list_margins,
+    name_mode,
     solve_held,
     strike,
 )
@@ -447,6 +449,8 @@ class Laws:
         )
 
     def _together(self, terms: Terms, contacts: list[int], still: float) -> tuple[Array, Array]:
+        if len(contacts) == 1 and len(self.elements[contacts[0]].tangents) < 2:
+            return self._alone(terms, self.elements[contacts[0]])
         laws = {self.elements[k].by_impulse for k in contacts}
         if len(laws) > 1:
             raise InputError(
@@ -462,6 +466,22 @@ class Laws:
         }
         struck = self._strike(terms, contacts, strike(terms, targets, self.elements), still)
         return struck.a, struck.forces
+
+    def _alone(self, terms: Terms, element: ElementRows) -> tuple[Array, Array]:
+        """Return changes of velocities and impulses of one contact in a plane."""
+
+        def push(terms: Terms, state: str, drive: ModeProblem) -> tuple[Array, Array]:
+            mode = name_mode(self.elements, {element.name: state})
+            solution = solve(terms, self.elements, mode, drive, self.permanent)
+            assert solution is not None, "its normal impulse is given"
+            return solution.a, solution.forces
+
+        with np.errstate(all="ignore"):
+            change, impulses = bounce(terms, self.elements, (element.name, ""), push)
+        if not np.isfinite(change).all():
+            message = _say_count(0, "velocities", f"after the impact of {element.name}")
+            raise UndecidedError(f"{message}: friction jams it", 0)
+        return change, impulses
 
     def _by_poisson(
         self, terms: Terms, normals: dict[int, int], still: float

@@ -416,9 +416,21 @@ export class Corners {
     return "";
   }
 
+  // One contact by itself, by Routh's diagram.
+  strikeAlone(t, y, k, taken) {
+    const { nq, nv, program } = this.machine;
+    program[`impact${k}`](t, y, this.p, this.struck);
+    const change = this.struck.subarray(0, nv);
+    if (!change.every(Number.isFinite)) return "where no velocities follow after the impact";
+    change.forEach((step, i) => (y[nq + i] += step));
+    taken.forEach((_, i) => (taken[i] += this.struck[nv + i]));
+    return "";
+  }
+
   // By Newton's law at once; by Poisson's a compression, whose impulses then return, e times each.
   strikeTogether(t, y, contacts, still, taken) {
     const { nq, nv } = this.machine;
+    if (contacts.length === 1) return this.strikeAlone(t, y, contacts[0], taken);
     const byImpulse = this.elements[contacts[0]].by_impulse;
     if (contacts.some((k) => this.elements[k].by_impulse !== byImpulse))
       return "where contacts impact together by Newton's and by Poisson's law";
