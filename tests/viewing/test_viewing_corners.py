@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 from collections.abc import Callable
 from dataclasses import asdict, replace
@@ -212,6 +213,58 @@ def test_a_page_ends_bounces_while_another_contact_is_held(mu: float, tmp_path: 
     assert computed["strips"] == [
         [name, motion.modes[-1].states[name]] for name in ("slope", "wall")
     ]
+
+
+RESTS: dict[str, tuple[dict[str, float], list[tuple[str, bool, list[list[float | None]]]]]] = {
+    "bouncing_ball": ({}, [("closed", True, [[0.0, 0.0]])]),
+    # within mu m g/k of where the spring is slack
+    "dry_oscillator": ({}, [("sticks", True, [[-0.00981, 0.00981]])]),
+    # tan 0.4 = 0.42
+    "block_on_incline": ({"mu_0": 0.43}, [("sticks", True, [[None, None]])]),
+    "block_on_incline ": ({"mu_0": 0.42}, []),
+    # kinetic friction of the belt stretches the spring by mu m g/k
+    "stick_slip": ({}, [("slips -", True, [[0.01962, 0.01962]])]),
+    "pendulum_with_stop": (
+        {},
+        [("open", True, [[0.0, 0.0]]), ("open", False, [[math.pi, math.pi]])],
+    ),
+}
+
+
+@needs_node
+@pytest.mark.parametrize("name", RESTS)
+def test_a_page_has_what_rests_in_contact_and_by_friction(name: str, tmp_path: Path) -> None:
+    """Each with its mode, its stability, and how far friction holds around it."""
+    parameters, expected = RESTS[name]
+    motion = move(name.strip(), 0.1, **parameters)
+    task = {"engine": asdict(engine_of(motion)), "spans": [math.pi], "turns": [True]}
+    rests = run(task, tmp_path, "find_rests")
+    assert [(*rest["mode"], rest["stable"]) for rest in rests] == [rest[:2] for rest in expected]
+    for rest, (_, _, ranges) in zip(rests, expected, strict=True):
+        ends = [x for pair in rest["ranges"] for x in pair]
+        known = [x for pair in ranges for x in pair]  # None where it is infinite
+        assert ends == [x if x is None else pytest.approx(x, abs=1e-8) for x in known]
+
+
+@needs_node
+@pytest.mark.parametrize(
+    ("name", "start", "target", "place"),
+    [
+        # the hand, a spring of 40 times the mass, bears the weight; the center is 0.1 above z
+        ("bouncing_ball", {"z": 0.0}, [0, 0, 1.1], 1.0 - 9.81 / 40),
+        ("bouncing_ball", {"z": 0.0}, [0, 0, 0.2], 0.0),  # too little to lift it
+        ("dry_oscillator", {"x": 0.0}, [0.02, 0, 0], 0.0),  # sticks: 0.8 N against 0.981 N
+    ],
+)
+def test_what_is_pulled_keeps_its_contacts_and_its_friction(
+    name: str, start: dict[str, float], target: list[float], place: float, tmp_path: Path
+) -> None:
+    motion = mq.simulate(load(name), q=start, duration=0.1)
+    body = [body.name for body in motion.mechanism.bodies].index(motion.mechanism.joints[-1].child)
+    task = {"engine": asdict(engine_of(motion)), "body": body, "target": target, "times": 200}
+    (pulled,) = run(task, tmp_path, "pull_body")
+    assert pulled["q"] == pytest.approx([place], abs=2e-3)
+    assert pulled["force"] is None
 
 
 @needs_node

@@ -17,8 +17,9 @@ ASSETS = Path(__file__).parents[2] / "src" / "mecanique" / "viewing" / "page" / 
 TESTS = Path(__file__).parent / "javascript"
 
 IMPORT = re.compile(r"^import \{([^}]*)\} from \"(\.[\w./]+)\.js\";$", re.MULTILINE)
-EXPORT = re.compile(r"^export (?:async )?(?:function|class|const) (\w+)", re.MULTILINE)
-DECLARED = re.compile(r"^(?:export )?(?:async )?(?:function|class|const|let) (\w+)", re.MULTILINE)
+KIND = r"(?:async )?(?:function\*?|class|const|let)"
+EXPORT = re.compile(rf"^export {KIND} (\w+)", re.MULTILINE)
+DECLARED = re.compile(rf"^(?:export )?{KIND} (\w+)", re.MULTILINE)
 
 
 def text(name: str) -> str:

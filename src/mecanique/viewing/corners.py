@@ -170,7 +170,7 @@ class PageCorners:
 
     def _write_rows(self) -> list[Any]:
         """Gaps, rates and slopes of all rows, M⁻¹ of the load, then numbers of each element."""
-        terms = self._equations.terms
+        terms = self._equations.driven
         free = self._equations.by_mass(list(terms.load))
         numbers = [
             [element.restitution for element in self.elements],
@@ -184,7 +184,7 @@ class PageCorners:
 
     def _write_mode(self, mode: Mode) -> list[Any]:
         """Accelerations, forces as the page's inputs, heat, margins and what is presupposed."""
-        terms = self._equations.terms
+        terms = self._equations.driven
         drive = accelerate(terms, self.elements)
         a, forces = self._equations.solve(mode, drive)
         margins = list_present_margins(terms, self.elements, mode, forces, self._equations.length)

@@ -7,15 +7,17 @@ import { runInThisContext } from "node:vm";
 import { assets } from "./pages.js";
 
 const { Machine } = await import(new URL("engine/machine.js", assets));
-const { SmallMotions } = await import(new URL("engine/modes.js", assets));
+const { searchModes } = await import(new URL("engine/modes.js", assets));
 
 const { engine, spans, turns } = JSON.parse(readFileSync(process.argv[2], "utf8"));
 runInThisContext(engine.script);
 const machine = new Machine(engine, globalThis.mecaniqueProgram);
 const setting = machine.initial();
-const small = new SmallMotions(machine, setting);
-const { rests } = [...small.search(machine.begin(setting), spans, turns)].at(-1);
-const found = rests.map(({ y, modes, unstable }) => ({
+const from = machine.begin(setting);
+const { rests } = [...searchModes(machine, setting, from, spans, turns)].at(-1);
+const found = rests.map(({ y, modes, unstable, small }) => ({
+  mode: small.states,
+  ranges: spans.map((span, k) => small.range({ y }, k, span)),
   stable: !unstable,
   q: [...y.subarray(0, machine.nq)],
   squares: modes.map(({ square }) => square),

@@ -73,10 +73,14 @@ class SwitchingEquations:
             inside=as_scalars(find_inside(self.elements, feet)),
         )
 
+    @property
+    def driven(self) -> Terms:
+        """The terms with what is added by tau to the load."""
+        return self.terms._replace(load=self.terms.load + as_scalars(self.letters.tau))
+
     def list_terms(self) -> list[Any]:
         """Return rates of q and the terms of a state, then the numbers of each kind of element."""
-        terms, elements = self.terms, self.elements
-        load = [Q + tau for Q, tau in zip(terms.load, self.letters.tau, strict=True)]
+        terms, elements = self.driven, self.elements
         of_rows = (terms.gamma, terms.gaps, terms.rates, terms.inside, terms.kinetic, terms.static)
         numbers = [
             [element.restitution, element.stiffness or 0.0, element.holds] for element in elements
@@ -84,7 +88,7 @@ class SwitchingEquations:
         return [
             *self.letters.rates,
             *terms.mass.ravel(),
-            *load,
+            *terms.load,
             *terms.jacobian.ravel(),
             *np.concatenate(of_rows),
             *as_scalars(numbers).T.ravel(),

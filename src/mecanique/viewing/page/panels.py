@@ -353,8 +353,8 @@ def write_parameters(scene: Scene, live: bool) -> str:
     if engine := scene.engine:
         duration = _field("duration", "", engine.duration, "s")
         rtol = _field("rtol", "", engine.rtol)
-        parts += [_fragment("integration", duration=duration, rtol=rtol), _fragment("beside")]
-        parts += [] if engine.switching else [_fragment("modes")]
+        parts.append(_fragment("integration", duration=duration, rtol=rtol))
+        parts += [_fragment("beside"), _fragment("modes")]
     if document.freedom:
         parts.append(
             "<h3>Degrees of freedom</h3>"

@@ -58,15 +58,16 @@ function wireExtras(setup, { picture, layout, plots, clock }) {
   if (!setup) return null;
   const { scene } = picture;
   const hand = new Hand(picture, clock, setup);
+  const modes = new Modes(setup, scene, picture);
+  document.getElementById("dragging").hidden = false;
   if (scene.engine.switching) {
     setup.listeners.push(new Beside(setup, scene, layout, plots));
-    return null;
+    return (seconds) => hand.tick(seconds);
   }
-  const modes = new Modes(setup, scene, picture);
   const exaggerating = new Exaggerating(picture, layout, modes);
   const sections = new Sections(setup, plots, scene, layout);
   setup.listeners.push(new Beside(setup, scene, layout, plots), sections, exaggerating);
-  for (const id of ["dragging", "exaggerating"]) document.getElementById(id).hidden = false;
+  document.getElementById("exaggerating").hidden = false;
   return (seconds) => {
     hand.tick(seconds);
     sections.extend();

@@ -58,9 +58,9 @@ export class Corners {
   }
 
   // Evaluates a mode and hands its forces to the program as parameters.
-  evaluate(mode, t, y, p = this.p) {
+  evaluate(mode, t, y, p = this.p, force = this.machine.force) {
     const { numbers, machine, forces, heatAt } = this;
-    machine.program[`mode${mode}`](t, y, p, numbers);
+    machine.program[`mode${mode}`](t, y, p, numbers, force);
     p.set(numbers.subarray(machine.nv, heatAt), p.length - forces);
     return numbers;
   }
@@ -135,7 +135,7 @@ export class Corners {
     const { known, positional, count, machine } = this;
     const { nv } = machine;
     const m = positional.length;
-    machine.program.rows(t, y, this.p, known);
+    machine.program.rows(t, y, this.p, known, machine.force);
     const free = (2 + nv) * m;
     return {
       gaps: known.subarray(0, m),

@@ -1,8 +1,10 @@
 // Rest positions and what happens near them: the undamped modes of small motions, from the program
 // alone. With loops, W = ∂a/∂τ = U D Uᵀ has the rank of what they leave free; with L = U √D the small
-// motions q = L η follow η'' = −S η, where S = L⁺ (−∂a/∂q) L is symmetric.
+// motions q = L η follow η'' = −S η, where S = L⁺ (−∂a/∂q) L is symmetric. Where elements switch, each
+// mode has positions of rest of its kind: those where it follows, with what it holds as loops.
 
 import { dot } from "../data/vectors.js";
+import { Corners } from "./corners.js";
 
 const SMALL = 1e-5;
 const RANK = 1e-9; // of the largest eigenvalue
@@ -13,11 +15,16 @@ const FARTHEST_STEP = 0.2; // of a round, in the units of the coordinates
 const STEPS = 40; // of Newton's, from a start that leads somewhere
 const LEAST = 40; // starts that are tried at least
 const ASTRAY = 10; // starts of which only one leads to a rest, before the search ends
+const ASTRAY_IN_MODE = 3; // the same where each mode is searched
 const SAME = 1e-5; // positions nearer than this are one
 const REACHED = 1e-4; // distance at which a free motion has come to another position
+const NEXT = 1e-4; // part of a coordinate's span, to where it may be changed if it may at all
+const HALVINGS = 30; // until an end of what friction holds is known
 const BETWEEN = 0.3; // of the way from one position to another, where no symmetry makes a third
 const INSTANT = 1 / 64; // part of the time of the fastest motion, after which its series is exact
 const DOUBLINGS = 26; // of this time, to a million
+const LEAST_SLOPE = 1e-8; // of the accelerations that contacts prevent
+const STILL = 1e-4; // of that, for the accelerations themselves
 const GROWING = 1e-4; // exponents of the largest: far above log t / t by then
 const RESTING = 1e-9; // of the accelerations that a push of the size of the forces would cause
 
@@ -95,20 +102,49 @@ export function isUnstable(K, R, C) {
   return (logarithm + Math.log(largest(change))) / time > GROWING;
 }
 
+const largestOf = (numbers) => Math.max(0, ...numbers.map(Math.abs));
 const symmetric = (A) => A.map((row, i) => row.map((x, j) => (x + A[j][i]) / 2));
 const column = (A, k) => A.map((row) => row[k]);
 
+// Searches the positions of rest of every mode; of a mechanism where nothing switches there is one.
+export function* searchModes(machine, setting, from, spans, turns) {
+  const modes = machine.engine.switching?.modes.map((_, mode) => mode) ?? [null];
+  const rests = [];
+  for (const [done, mode] of modes.entries()) {
+    const before = [...rests];
+    const small = new SmallMotions(machine, setting, mode);
+    for (const known of small.search(from, spans, turns)) {
+      rests.splice(0, rests.length, ...before, ...known.rests);
+      yield { rests, part: (done + known.part) / modes.length };
+    }
+  }
+}
+
 export class SmallMotions {
-  constructor(machine, setting) {
-    Object.assign(this, { machine, setting, t: setting.first });
+  // In one mode, if elements switch.
+  constructor(machine, setting, mode = null) {
+    Object.assign(this, { machine, setting, mode, t: setting.first });
     this.p = Float64Array.from(setting.p);
-    this.loops = machine.loopsWith(this.p);
+    this.corners = mode === null ? null : this.begin(machine.begin(setting));
+    this.states = this.corners?.modes[mode] ?? [];
+    this.loops = this.corners
+      ? this.corners.loopsOf(this.corners.rowsHeld(this.states))
+      : machine.loopsWith(this.p);
+    // slopes below what rounding makes of loads that contacts bear
+    this.least = LEAST_SLOPE * largestOf(this.corners?.read(this.t, this.corners.state).free ?? []);
     this.slopes = new Float64Array(machine.nq + machine.nv + 1);
     this.rank = 0; // of the loops, the largest so far
   }
 
+  // The mode in which a motion from a state begins, with its impacts.
+  begin(y) {
+    return new Corners(this.machine, this.p.slice(), [this.t, this.t], y.slice());
+  }
+
   accelerations(y, force = null) {
     const { program, nq, nv } = this.machine;
+    if (this.corners)
+      return [...this.corners.evaluate(this.mode, this.t, y, this.p, force).subarray(0, nv)];
     const axes = this.axesOfLoops(y);
     this.rank = Math.max(this.rank, axes.length);
     if (axes.length < this.rank) return this.accelerateWhereSingular(y, force, axes);
@@ -179,11 +215,20 @@ export class SmallMotions {
       return this.accelerations(y, push).map((a, i) => a - rest[i]);
     });
     const { values, vectors } = eigen(symmetric(W));
-    const most = Math.max(...values);
+    const most = Math.max(...values, this.yieldOfTree(y));
     const kept = values.map((_, k) => k).filter((k) => values[k] > RANK * most);
     const scaled = (power) =>
       kept.map((k) => column(vectors, k).map((x) => x * Math.sqrt(values[k]) ** power));
     return { L: scaled(1), inverse: scaled(-1), rest };
+  }
+
+  // What a push accelerates most where the mode held lets nothing move.
+  yieldOfTree(y) {
+    if (!this.corners) return 0;
+    const { program, nq, nv } = this.machine;
+    const rates = (push) => program.rates(this.t, y, this.p, this.slopes, push).slice(nq, nq + nv);
+    const rest = rates(null);
+    return Math.max(...rest.map((a, k) => rates(rest.map((_, i) => Number(i === k)))[k] - a));
   }
 
   // −∂a, or that of other rates, along the directions, where states follow from x and a small step
@@ -193,7 +238,8 @@ export class SmallMotions {
       const [a, b] = [SMALL, -SMALL].map((h) => rates(change(x, h)));
       return a.map((each, i) => (b[i] - each) / (2 * SMALL));
     });
-    return inverse.map((row) => columns.map((each) => dot(row, each)));
+    const slopes = inverse.map((row) => columns.map((each) => dot(row, each)));
+    return slopes.map((row) => row.map((x) => (Math.abs(x) > this.least ? x : 0)));
   }
 
   // −∂a/∂q along the directions, which is symmetric at rest alone.
@@ -220,44 +266,61 @@ export class SmallMotions {
       const at = this.directions(y);
       const push = at.inverse.map((row) => dot(row, at.rest));
       const size = Math.hypot(...push);
-      if (!push.length || !Number.isFinite(size)) return null; // nothing can move, or nowhere
+      if (!push.length || !Number.isFinite(size)) return this.holdsAll(at) ? { y, at } : null;
       const K = this.stiffness(y, at);
       const columns = push.map((_, i) => column(K, i));
       const squares = eigen(columns.map((a) => columns.map((b) => dot(a, b))));
       const most = Math.sqrt(Math.max(...squares.values, 1e-300));
-      if (size <= RESTING * most) return { y, at };
-      const free = squares.values.map((square) => Math.sqrt(Math.abs(square)) < FREE * most);
-      const { values, vectors } = downhill ? eigen(symmetric(K)) : squares;
-      const pulled = downhill ? push : columns.map((c) => dot(c, push));
-      // A step damped as far as it must be short: across what hardly resists first, of which the
-      // slopes away from rest say little.
-      let x;
-      let damping = 0;
-      do {
-        const eta = push.map(() => 0);
-        const go = (axis, step) => axis.forEach((each, i) => (eta[i] += step * each));
-        values.forEach((value, k) => {
-          const axis = column(vectors, k);
-          if (downhill ? Math.abs(value) > FREE * most : !free[k])
-            go(axis, dot(axis, pulled) / (Math.abs(value) + damping));
-        });
-        // where nothing pushes, any place will do
-        squares.vectors.forEach((_, k) => {
-          const axis = column(squares.vectors, k);
-          if (free[k]) go(axis, -dot(axis, eta));
-        });
-        x = at.L[0].map((_, i) => dot(column(at.L, i), eta));
-        damping = 4 * damping || FREE * Math.max(...values.map(Math.abs));
-      } while (Math.hypot(...x) > FARTHEST_STEP);
+      if (size <= RESTING * most + this.roundingOf(at)) return { y, at };
+      const x = this.stepTo(push, { at, K, squares, most }, downhill);
+      if (!(Math.hypot(...x) > 0)) return null; // what pushes meets no resistance
       y = this.moved(y, x);
     }
     return null;
+  }
+
+  // A step damped as far as it must be short: across what hardly resists first, of which the slopes
+  // away from rest say little.
+  stepTo(push, { at, K, squares, most }, downhill) {
+    const columns = push.map((_, i) => column(K, i));
+    const free = squares.values.map((square) => Math.sqrt(Math.abs(square)) < FREE * most);
+    const { values, vectors } = downhill ? eigen(symmetric(K)) : squares;
+    const pulled = downhill ? push : columns.map((c) => dot(c, push));
+    let x;
+    let damping = 0;
+    do {
+      const eta = push.map(() => 0);
+      const go = (axis, step) => axis.forEach((each, i) => (eta[i] += step * each));
+      values.forEach((value, k) => {
+        const axis = column(vectors, k);
+        if (downhill ? Math.abs(value) > FREE * most : !free[k])
+          go(axis, dot(axis, pulled) / (Math.abs(value) + damping));
+      });
+      // where nothing pushes, any place will do
+      squares.vectors.forEach((_, k) => {
+        const axis = column(squares.vectors, k);
+        if (free[k]) go(axis, -dot(axis, eta));
+      });
+      x = at.L[0].map((_, i) => dot(column(at.L, i), eta));
+      damping = 4 * damping || FREE * Math.max(...values.map(Math.abs));
+    } while (Math.hypot(...x) > FARTHEST_STEP);
+    return x;
   }
 
   // The position of rest nearest downhill and its modes: ω² [1/s²], damping ratio, shape.
   find(from) {
     const found = this.settle(from);
     return found && this.describe(this.bring(found, from));
+  }
+
+  // Whether contacts and friction leave nothing free to move; without them there is no other rest.
+  holdsAll({ L }) {
+    return this.corners !== null && !L.length;
+  }
+
+  // What rounding leaves of the push at rest, where loads are borne by contacts.
+  roundingOf({ inverse }) {
+    return STILL * this.least * Math.max(0, ...inverse.flat().map(Math.abs));
   }
 
   // Of positions of rest among which a mechanism is free to move, the one nearest a state.
@@ -277,17 +340,50 @@ export class SmallMotions {
     const settled = this.settle(start, downhill);
     const found = settled && this.bring(settled, from);
     const allowed = found && !this.machine.beyond(this.p, [this.t, found.y]);
-    return allowed && this.isRegular(found) ? found : null;
+    return allowed && this.isRegular(found) && this.follows(found.y) ? found : null;
+  }
+
+  // Whether the mode is the one that follows at a position of rest.
+  follows(y) {
+    if (!this.corners) return true;
+    try {
+      return this.begin(y).present === this.mode;
+    } catch {
+      return false; // bodies are one within the other, or no mode follows
+    }
+  }
+
+  // Between what values one coordinate alone may be changed at a position of rest held by friction;
+  // infinite if it may by all of its span.
+  range({ y }, k, span) {
+    const rests = (x) => {
+      const next = y.slice();
+      next[k] = x;
+      const settled = this.settle(next, false);
+      return settled !== null && Math.abs(settled.y[k] - x) < SAME && this.follows(settled.y);
+    };
+    return [-span, span].map((step) => {
+      let [inside, outside] = [y[k], y[k] + step];
+      if (!rests(y[k] + NEXT * step)) return y[k];
+      if (rests(outside)) return step * Infinity;
+      for (let round = 0; round < HALVINGS; round++) {
+        const middle = (inside + outside) / 2;
+        if (rests(middle)) inside = middle;
+        else outside = middle;
+      }
+      return inside;
+    });
   }
 
   // Whether a mechanism that is free to move at one position of rest comes to another so.
   leads(found, other, gap) {
-    if (this.machine.engine.restrained?.length) {
-      // what rolls comes to places along no straight way, but rests wherever it is put there
+    if (this.corners || this.machine.engine.restrained?.length) {
+      // what rolls or sticks comes to places along no straight way, but rests wherever it is put there
       const between = found.y.map((x, k) => x + BETWEEN * (other.y[k] - x));
       this.machine.normalize(between);
+      if (this.corners && this.loops && !this.loops.close(this.t, between)) return false;
       const rest = this.settle(between, false);
-      return rest !== null && gap(rest, { y: between }) < REACHED;
+      return rest !== null && gap(rest, { y: between }) < REACHED && this.follows(rest.y);
     }
     let far = Infinity;
     for (let now = found; gap(now, other) < far; now = this.bring(now, other.y)) {
@@ -309,28 +405,46 @@ export class SmallMotions {
     const fold = (x, k) =>
       turns[k] ? x - 2 * Math.PI * Math.ceil((x - SAME) / (2 * Math.PI) - 0.5) : x;
     const gap = (a, b) => Math.max(...spans.map((_, k) => Math.abs(fold(a.y[k] - b.y[k], k))));
+    const astray = this.corners ? ASTRAY_IN_MODE : ASTRAY;
+    const starts = this.starts(from, spans);
     let led = 0;
     for (let n = 0; ; n++) {
       const W = rests.length;
       const needed = Math.max(LEAST, 2 * W * W + 3 * W + 2);
-      yield { rests, part: Math.min(1, Math.max(led / needed, n / (ASTRAY * needed))) };
-      if (led >= needed || n >= ASTRAY * needed) return;
-      const start = from.slice();
-      if (n > 1) spread(n, spans.length).forEach((x, k) => (start[k] += spans[k] * (2 * x - 1)));
-      this.machine.normalize(start);
-      if (this.loops && !this.loops.close(this.t, start)) continue;
-      const found = this.restFrom(start, from, n === 0);
+      yield { rests, part: Math.min(1, Math.max(led / needed, n / (astray * needed))) };
+      if (led >= needed || n >= astray * needed) return;
+      const start = starts.next().value;
+      const found = start && this.restFrom(start, from, n === 0 && !this.corners);
       if (!found) continue;
       led += 1;
       turns.forEach((_, k) => (found.y[k] = fold(found.y[k], k)));
       if (rests.some((rest) => gap(rest, found) < SAME)) continue;
       const rest = this.describe(found);
-      // of a family, among which the mechanism is free to move, one is shown
-      const free = rest.modes.some(({ square }) => square === 0);
-      const isKin = (other) => isAlike(other.modes, rest.modes) && this.leads(found, other, gap);
-      if (free && rests.some(isKin)) continue;
-      rests.push(rest);
+      // of a family, among which the mechanism is free to move or held by friction, one is shown
+      const isKin = (other) => this.isAlike(rest, other) && this.leads(found, other, gap);
+      if (!rests.some(isKin)) rests.push(rest);
     }
+  }
+
+  // Places to search from, with loops closed, or null where they cannot be; also one where what
+  // switches would have nothing to hold, as friction holds around there.
+  *starts(from, spans) {
+    for (let n = 0; ; n++) {
+      const start = from.slice();
+      if (n === 1 && this.corners)
+        start.set(new SmallMotions(this.machine, this.setting).settle(from)?.y ?? from);
+      if (n > 1) spread(n, spans.length).forEach((x, k) => (start[k] += spans[k] * (2 * x - 1)));
+      this.machine.normalize(start);
+      yield !this.loops || this.loops.close(this.t, start) ? start : null;
+    }
+  }
+
+  // Whether positions of rest may be of one family by their modes.
+  isAlike({ modes }, other) {
+    return (
+      this.corners !== null ||
+      (modes.some(({ square }) => square === 0) && isAlike(other.modes, modes))
+    );
   }
 
   describe({ y, at }) {
@@ -350,7 +464,7 @@ export class SmallMotions {
       const damping = square > 0 ? drag / (2 * Math.sqrt(square)) : NaN;
       return { square, damping, shape: shape.map((x) => x / largest) };
     });
-    return { y, modes, unstable: this.isUnstable(y, at, R) };
+    return { y, modes, unstable: this.isUnstable(y, at, R), small: this };
   }
 
   isUnstable(y, at, R) {
@@ -380,6 +494,8 @@ export class SmallMotions {
       return out;
     };
     const facts = { evaluations: 0, refused: 0, worst: NaN, stopped: "" };
-    return { first, last, steps: 1, size: nq + nv + 1, at, ...facts };
+    const press = (t, state, p) => this.corners.evaluate(this.mode, t, state, p);
+    const corners = this.corners && { press };
+    return { first, last, steps: 1, size: nq + nv + 1, at, corners, ...facts };
   }
 }

@@ -31,15 +31,23 @@ export class Pull {
       try {
         const gentle = { ...setting, first: this.t, rtol: Math.max(setting.rtol, 1e-8) };
         const path = machine.move(gentle, this.y, this.t + part);
+        this.corners = path.corners;
         // at a limit it is held
-        if (path.stopped) this.y.fill(0, machine.nq, machine.nq + machine.nv);
+        if (path.stopped) this.rest();
         else path.at(path.last, this.y);
+      } catch {
+        this.rest(); // where friction determines no motion
       } finally {
         machine.force = null;
       }
       this.t += part;
     }
     return this.y;
+  }
+
+  rest() {
+    const { nq, nv } = this.machine;
+    this.y.fill(0, nq, nq + nv);
   }
 
   // Generalized forces of the spring, Jᵀ F.

@@ -123,7 +123,7 @@ export class Hand {
     const { pull, picture } = this;
     if (!pull) return;
     const state = pull.advance(seconds * this.clock.speed);
-    pull.computed.fill(pull.t, state, picture.row);
+    pull.computed.fill(pull.t, state, picture.row, pull.corners);
     picture.traces.add(picture.row);
     this.stretch(pull.place, pull.target);
     picture.redraw();

@@ -1,7 +1,7 @@
 // Rest and modes: the table of natural frequencies, each mode shown as a motion.
 
 import { Computed } from "../engine/computed.js";
-import { SmallMotions } from "../engine/modes.js";
+import { searchModes, SmallMotions } from "../engine/modes.js";
 import { showSpeed } from "../clock/player.js";
 import { measure } from "../data/numbers.js";
 import { make } from "../panels/elements.js";
@@ -9,6 +9,7 @@ import { make } from "../panels/elements.js";
 const PERIODS = 4;
 const SWAY = 0.25; // amplitude of the largest coordinate: rad, or this part of the picture's size
 const NOWHERE = 1e-6; // what searches leave of a position at zero
+const WIDE = 1e-4; // of what friction holds, above what searches leave
 const SLICE = 25; // of a search, after which the picture moves on [ms]
 const COLUMNS = ["Mode", "ω [rad/s]", "f [Hz]", "T [s]", "Damping ratio", ""];
 
@@ -47,27 +48,25 @@ export class Modes {
   // The position of rest next downhill from the start, and what is known there; null without.
   rest() {
     const { machine, setting } = this.setup.bench;
-    const small = new SmallMotions(machine, setting);
-    const found = small.find(machine.begin(setting));
-    return found && { ...found, small };
+    return new SmallMotions(machine, setting).find(machine.begin(setting));
   }
 
   // Searches every position of rest, in slices between pictures; the button then ends the search.
   begin() {
     const { machine, setting } = this.setup.bench;
     const { coordinates } = machine.engine;
-    const small = new SmallMotions(machine, setting);
     const turns = coordinates.map((name) => this.unitOf(name) === "rad");
     const moves = coordinates.map((name) => this.unitOf(name) !== "");
-    const spans = turns.map((turn, k) => (turn ? Math.PI : moves[k] * this.picture.stage.size));
-    this.search = small.search(machine.begin(setting), spans, turns);
+    this.spans = turns.map((turn, k) => (turn ? Math.PI : moves[k] * this.picture.stage.size));
+    this.search = searchModes(machine, setting, machine.begin(setting), this.spans, turns);
     this.offers.replaceChildren();
     this.offers.hidden = this.table.hidden = true;
     this.told.textContent = "";
-    this.go(this.search, small);
+    this.go(this.search);
   }
 
-  go(search, small) {
+  go(search) {
+    const { machine } = this.setup.bench;
     if (this.search !== search) return;
     const end = performance.now() + SLICE;
     let step = search.next();
@@ -76,26 +75,28 @@ export class Modes {
       step = search.next();
       known = step.value ?? known;
     }
-    if (known) this.list(known.rests, small);
+    if (known) this.list(known.rests);
     if (step.done) {
       this.end();
       if (!this.offers.childElementCount)
-        this.told.textContent = "No position of rest was found near this start.";
+        this.told.textContent = machine.engine.switching
+          ? "No contact or friction holds it at rest anywhere that was tried."
+          : "No position of rest was found near this start.";
       return;
     }
     const found = `${step.value.rests.length} found, ${Math.floor(100 * step.value.part)} % searched`;
     this.button.textContent = `End the search: ${found}`;
-    setTimeout(() => this.go(search, small));
+    setTimeout(() => this.go(search));
   }
 
   // Offers what has been found, each a button that shows its modes; the first at once.
-  list(rests, small) {
+  list(rests) {
     const before = this.offers.childElementCount;
-    this.offers.append(...rests.slice(before).map((rest) => this.offer({ ...rest, small })));
+    this.offers.append(...rests.slice(before).map((rest) => this.offer(rest)));
     this.offers.hidden = rests.length < 2;
     if (before || !rests.length) return;
     this.table.hidden = false;
-    this.tell({ ...rests[0], small });
+    this.tell(rests[0]);
   }
 
   end() {
@@ -108,10 +109,23 @@ export class Modes {
   }
 
   // Where a position of rest is, and whether small motions there stay small.
-  place({ y, unstable }) {
-    const { coordinates } = this.setup.bench.machine.engine;
-    const values = coordinates.map((name, k) => `${name} = ${near(y[k])}`);
-    return `${values.join(", ")}: ${unstable ? "unstable" : "stable"}`;
+  place(rest) {
+    const { coordinates, switching } = this.setup.bench.machine.engine;
+    const values = coordinates.map(
+      (name, k) => `${name} = ${near(rest.y[k])}${this.span(rest, k)}`,
+    );
+    const states = rest.small.states.map((state, k) => `${switching.elements[k].name} ${state}`);
+    return `${[...values, ...states].join(", ")}: ${rest.unstable ? "unstable" : "stable"}`;
+  }
+
+  // In words, between what values of a coordinate friction holds.
+  span(rest, k) {
+    if (!rest.small.corners || !this.spans[k]) return "";
+    const [low, high] = rest.small.range(rest, k, this.spans[k]);
+    if (!(high - low > WIDE)) return "";
+    if (high - low === Infinity && low === -high) return " (or elsewhere)";
+    const from = low > -Infinity ? ` from ${near(low)}` : "";
+    return ` (${`${from}${high < Infinity ? ` to ${near(high)}` : " on"}`.trim()})`;
   }
 
   offer(rest) {
