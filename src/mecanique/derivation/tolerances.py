@@ -103,8 +103,9 @@ part and meet by rounding."""
 NO_GAP = 1e-16
 """Gaps below this many characteristic lengths, half of ε, cannot be made smaller."""
 
-LAST_BOUNCE = 1e-13
-"""Bounces that stay below this many characteristic lengths are over."""
+PARTED = 1e-13
+"""Bodies that part are one within the other by the rounding of their gap, at most this many
+characteristic lengths."""
 
 TAIL = 1e-9
 """Bounces that stay below this many characteristic lengths are the tail of a geometric sum. Lower
@@ -138,7 +139,7 @@ SAME_ANSWER = 1e-7
 SWITCHING = {
     "CLOSED_GAP": CLOSED_GAP,
     "EVEN": EVEN,
-    "LAST_BOUNCE": LAST_BOUNCE,
+    "TAIL": TAIL,
     "STILL": STILL,
     "DEAD": DEAD,
     "LEAST_MARGIN": LEAST_MARGIN,

@@ -34,7 +34,7 @@ from mecanique.derivation.mechanics.switching import (
     strike,
 )
 from mecanique.derivation.mechanics.vectors import Triple, add, cross, scale
-from mecanique.derivation.tolerances import REDUNDANT, SWITCHING, TAIL
+from mecanique.derivation.tolerances import REDUNDANT, SWITCHING
 from mecanique.errors import DerivationError, MecaniqueError
 from mecanique.generation.build import assemble
 from mecanique.generation.mechanics.constrained import inputs_at
@@ -165,11 +165,11 @@ class PageCorners:
             positional=tuple(self._corners.rows.positional.tolist()),
             forces=len(self._forces),
             length=self._corners.length,
-            tolerances=SWITCHING | {"TAIL": TAIL},
+            tolerances=SWITCHING,
         )
 
     def _write_rows(self) -> list[Any]:
-        """Gaps, rates and slopes of all rows, M⁻¹ of the load, then numbers of each element."""
+        """Gaps, rates and slopes of all rows, M⁻¹ of the load, T, then numbers of each element."""
         terms = self._equations.driven
         free = self._equations.by_mass(list(terms.load))
         numbers = [
@@ -180,7 +180,8 @@ class PageCorners:
         ]
         of_elements = [x for of_element in zip(*numbers, strict=True) for x in of_element]
         slopes = [slope for row in terms.jacobian for slope in row]
-        return [*terms.gaps, *terms.rates, *slopes, *free, *of_elements]
+        v = as_scalars(self.letters.v)
+        return [*terms.gaps, *terms.rates, *slopes, *free, 0.5 * (v @ terms.mass @ v), *of_elements]
 
     def _write_mode(self, mode: Mode) -> list[Any]:
         """Accelerations, forces as the page's inputs, heat, margins and what is presupposed."""

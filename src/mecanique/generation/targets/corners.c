@@ -661,15 +661,16 @@ static bool rest(const Terms *k, double *y, const bool *touching, double still, 
 
 /*
  * Resolve impacts, then choose the mode that follows; return whether there is one, and say why not.
- * `forbidden` has the states of each element that end here, bit by bit; bounces that stay below
- * `lowest` [m] are over.
+ * `forbidden` has the states of each element that end here, bit by bit; `early` is the tolerance by
+ * which an importing tool found the corner, zero if it is found here.
  */
 static bool change(double t, double *y, double *p, bool *touching, const int *forbidden,
-                   double lowest, char *words)
+                   double early, char *words)
 {
     Terms k;
     Solved kept[MOST_FOLLOWING];
     const int none[ELEMENTS] = {0};
+    const double lowest = fmax(TAIL, early) * LENGTH;
     bool strikes = false;
     int rows[ROWS], met = 0;
     know(t, y, p, &k);
@@ -697,7 +698,7 @@ static bool change(double t, double *y, double *p, bool *touching, const int *fo
         count = find_next(&k, touching, forbidden, still, kept);
     }
     /* an importing tool finds the corner a little early as well: the mode goes on for now */
-    if (count == 0 && lowest > LAST_BOUNCE * LENGTH) count = find_next(&k, touching, none, still, kept);
+    if (count == 0 && early > 0.0) count = find_next(&k, touching, none, still, kept);
     if (count != 1) {
         snprintf(words, SENTENCE, "%d modes that rigid bodies determine follow at t = %.9g s, where "
                  "one is expected (Painleve)", count, t);
@@ -708,7 +709,7 @@ static bool change(double t, double *y, double *p, bool *touching, const int *fo
     return true;
 }
 
-static bool begin(double t, double *y, double *p, double lowest, char *words)
+static bool begin(double t, double *y, double *p, double early, char *words)
 {
     Terms k;
     bool touching[ELEMENTS];
@@ -723,11 +724,11 @@ static bool begin(double t, double *y, double *p, double lowest, char *words)
         touching[e] = is_touching(&k, e, OPEN_ELEMENT);
         p[MODE + e] = normal[e] >= 0 ? OPEN_ELEMENT : HELD;
     }
-    return change(t, y, p, touching, none, lowest, words);
+    return change(t, y, p, touching, none, early, words);
 }
 
 /* Switch where margin j of a state has passed zero. */
-static bool switch_at(double t, double *y, double *p, int j, double lowest, char *words)
+static bool switch_at(double t, double *y, double *p, int j, double early, char *words)
 {
     Terms k;
     const int e = j / 2, which = j % 2;
@@ -753,7 +754,7 @@ static bool switch_at(double t, double *y, double *p, int j, double lowest, char
     if (which == 0) touching[e] = state == OPEN_ELEMENT || (struck[e] && is_inside(&k, e));
     if (which == 1 && state == HELD) forbidden[e] = 1 << HELD;
     if (which == 0 && state != OPEN_ELEMENT && touching[e]) forbidden[e] = ~(1 << OPEN_ELEMENT);
-    return change(t, y, p, touching, forbidden, lowest, words);
+    return change(t, y, p, touching, forbidden, early, words);
 }
 
 /* in co-simulation ---------------------------------------------------------------------------- */
@@ -831,7 +832,7 @@ static int march_on(Motion *m, double *p, double *y, char *words)
     for (int j = 0; j < 2 * ELEMENTS; j++) {
         /* inputs may have jumped */
         give_margins(m->t, y, p, before);
-        if (before[j] < 0.0 && !switch_at(m->t, y, p, j, LAST_BOUNCE * LENGTH, words)) return CORNER;
+        if (before[j] < 0.0 && !switch_at(m->t, y, p, j, 0.0, words)) return CORNER;
     }
     give_margins(m->t, y, p, before);
     while (m->t < m->end) {
@@ -856,7 +857,7 @@ static int march_on(Motion *m, double *p, double *y, char *words)
             snprintf(words, SENTENCE, "%s switches without end at t = %.9g s", name[j / 2], when);
             return CORNER;
         }
-        if (!switch_at(when, y, p, j, LAST_BOUNCE * LENGTH, words)) return CORNER;
+        if (!switch_at(when, y, p, j, 0.0, words)) return CORNER;
         give_margins(m->t, y, p, before);
     }
     return END;

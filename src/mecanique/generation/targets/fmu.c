@@ -191,10 +191,10 @@ static double stray(const State *now)
 #if CORNERS
 static const double AHEAD = 1e-11;      /* tools find corners to this part of the time, or of 1 s */
 
-/* Return the height below which bounces are over [m]: an importing tool cannot tell them apart. */
-static double lowest(const Instance *m)
+/* Return the tolerance by which an importing tool finds corners: it tells no lower bounces apart. */
+static double early(const Instance *m)
 {
-    return fmax(LAST_BOUNCE, m->steps ? 0.0 : m->tolerance) * LENGTH;
+    return m->steps ? 0.0 : m->tolerance;
 }
 
 /* Note what is left of each state after a corner: a mode begins sound, but for rounding. */
@@ -269,7 +269,7 @@ EXPORT Status fmi3ExitInitializationMode(void *model)
 #if CORNERS
     State *now = &m->now;
     char words[SENTENCE];
-    if (!begin(now->t, now->y, now->p, lowest(m), words)) return say(m, fmi3Error, words);
+    if (!begin(now->t, now->y, now->p, early(m), words)) return say(m, fmi3Error, words);
     note_margins(now);
 #endif
     return closed;
@@ -451,7 +451,7 @@ EXPORT Status fmi3UpdateDiscreteStates(void *model, bool *again, bool *terminate
         if (left[j] < 0.0 && now->left[j] >= 0.0) passed = j;
     /* first, as rates of rows that are held would be taken for rates of contacts that part */
     project(now->t, now->y, now->p, list_held(now->p + MODE, rows), rows);
-    if (passed >= 0 && !switch_at(now->t, now->y, now->p, passed, lowest(m), words))
+    if (passed >= 0 && !switch_at(now->t, now->y, now->p, passed, early(m), words))
         return say(m, fmi3Error, words);
     note_margins(now);
     *values = true;

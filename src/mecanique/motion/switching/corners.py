@@ -35,9 +35,9 @@ from mecanique.derivation.tolerances import (
     DEAD,
     DRIFTED,
     EVEN,
-    LAST_BOUNCE,
     LEAST_MARGIN,
     NO_GAP,
+    PARTED,
     REDUNDANT,
     SAME_PROGRAM,
     STILL,
@@ -385,7 +385,7 @@ class Corners:
         terms = self.rows.at(y[: self._nq], v, t)
         if which == 0:
             row = self.elements[k].rows[0]
-            met = terms.gaps[row] < -LAST_BOUNCE * self.length
+            met = terms.gaps[row] < -PARTED * self.length
             return mode[k].name == OPEN and not met and terms.rates[row] > self._still(terms, v)
         if not self._is_turning(terms, k, v, mode[k]):
             return False

@@ -22,7 +22,7 @@ export class Corners {
     Object.assign(this, { machine, p, ...machine.engine.switching });
     const { nv } = machine;
     this.count = this.elements.length;
-    this.known = new Float64Array(this.positional.length * (2 + nv) + nv + 4 * this.count);
+    this.known = new Float64Array(this.positional.length * (2 + nv) + nv + 1 + 4 * this.count);
     this.rubbing = this.elements.filter(({ tangent }) => tangent !== null);
     this.heats = this.rubbing.map(({ name }) => this.placeOf(`${name}: friction`));
     // where a mode's numbers stand: accelerations, forces, heat, margins, then what it presupposes
@@ -130,7 +130,8 @@ export class Corners {
     return this.loopsOf(this.rowsHeld(this.modes[this.present]))?.settle(t, y) ?? false;
   }
 
-  // Gaps, rates and slopes of all rows, the accelerations by the load, and numbers of the elements.
+  // Gaps, rates and slopes of all rows, the accelerations by the load, the kinetic energy, and numbers
+  // of the elements.
   read(t, y) {
     const { known, positional, count, machine } = this;
     const { nv } = machine;
@@ -142,8 +143,9 @@ export class Corners {
       rates: known.subarray(m, 2 * m),
       slopes: positional.map((_, r) => known.slice(2 * m + r * nv, 2 * m + (r + 1) * nv)),
       free: known.slice(free, free + nv),
+      kinetic: known[free + nv],
       of: Array.from({ length: count }, (_, k) => {
-        const [restitution, holds, spare, inside] = known.slice(free + nv + 4 * k);
+        const [restitution, holds, spare, inside] = known.slice(free + nv + 1 + 4 * k);
         return { restitution, holds, spare, inside };
       }),
     };
@@ -289,7 +291,15 @@ export class Corners {
     const follow = () => this.follow(t, y, { ...now, touching, still }, forbidden);
     let next = follow();
     if (approaching.length && this.rest(t, y, next, { ...now, touching, still })) {
+      // the energy of the bounces left out is lost by the last one
+      const { kinetic } = now;
       now = this.read(t, y);
+      const share = (kinetic - now.kinetic) / approaching.length;
+      this.account(
+        y,
+        approaching,
+        this.elements.map((_, k) => share * approaching.includes(k)),
+      );
       next = follow();
     }
     if (typeof next === "string") return next;
