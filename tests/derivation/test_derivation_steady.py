@@ -23,7 +23,13 @@ def entries(rows: Matrix) -> list[list[str]]:
 
 
 @pytest.mark.parametrize(
-    ("rate", "across", "back"), [(1.0, "m r^2/2", "-3 m r^2/2"), (-2.0, "-m r^2", "3 m r^2")]
+    ("rate", "across", "back"),
+    [
+        (1.0, "m r^2/2", "-3 m r^2/2"),
+        (-2.0, "-m r^2", "3 m r^2"),
+        (1 / 3, "m r^2/6", "-m r^2/2"),  # a fraction, not its decimals
+        (1.5e-9, "7.5e-10 m r^2", "-2.25e-09 m r^2"),  # and not nothing
+    ],
 )
 def test_the_coin_has_the_matrices_of_its_exact_equations(
     rate: float, across: str, back: str
