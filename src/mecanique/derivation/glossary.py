@@ -47,13 +47,13 @@ UNIT_AT_END = re.compile(r"\[([^\]]*)\]$")
 def find_units(derivation: Derivation, equation: Equation) -> tuple[Dimension | None, ...]:
     """Return the dimension of each term; None where a plain number stands for a quantity."""
     dimensions = _collect_dimensions(derivation)
-    found: list[Dimension | None] = []
+    units: list[Dimension | None] = []
     for term in (*equation.left.terms, *equation.right.terms):
         try:
-            found.append(dimensions.of(term.sympy()))
+            units.append(dimensions.of(term.sympy()))
         except HomogeneityError:  # a plain number stands for a quantity with a unit
-            found.append(None)
-    return tuple(found)
+            units.append(None)
+    return tuple(units)
 
 
 def unit_of(derivation: Derivation, equation: Equation) -> str:

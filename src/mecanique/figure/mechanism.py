@@ -767,8 +767,8 @@ def _legend(setting: Setting, marks: list[Mark]) -> Iterator[Mark]:
 def _holds(parts: tuple[tuple[str, str], ...], symbol: tuple[tuple[str, str], ...]) -> bool:
     """Whether a symbol stands in a text, and not with another index."""
     for k in range(len(parts)):
-        found, after = parts[k : k + len(symbol)], parts[k + len(symbol) :]
-        if found == symbol and not (after and after[0][1] == "below"):
+        part, after = parts[k : k + len(symbol)], parts[k + len(symbol) :]
+        if part == symbol and not (after and after[0][1] == "below"):
             return True
     return False
 

@@ -272,9 +272,9 @@ def add_weighted(parts: Sequence[tuple[Series, Series]]) -> Expression:
 
 def join(parts: Iterable[Expression]) -> Expression:
     """Return the sum of expressions, each left as it is."""
-    found = list(parts)
-    terms = tuple(term for part in found for term in part.terms)
-    return Expression(terms, any(part.decimals for part in found))
+    expressions = list(parts)
+    terms = tuple(term for part in expressions for term in part.terms)
+    return Expression(terms, any(part.decimals for part in expressions))
 
 
 def distribute(series: Series, factor: Series) -> Expression:
@@ -408,11 +408,11 @@ def _to_series(ring: Ring, whole: Sum) -> Series:
     """Convert a sum of letters into a series."""
     terms = []
     for term in whole.terms:
-        found = ring.number(term.number)
+        product = ring.number(term.number)
         for base, power_of in term.factors:
             if isinstance(base, Letter):
-                found = found * ring[base.name] ** int(power_of)
-        terms.append(found)
+                product = product * ring[base.name] ** int(power_of)
+        terms.append(product)
     return ring.sum(terms)
 
 

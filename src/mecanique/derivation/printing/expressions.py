@@ -262,11 +262,11 @@ def _factor(rows: _Rows) -> tuple[Fraction, tuple[tuple[_Rows, int], ...]]:
 
     symbols = [Symbol(f"x{i}") for i in range(len(rows[0][0]))]
     content, factors = Poly.from_dict(dict(rows), *symbols).factor_list()
-    found = []
+    parts = []
     for factor, e in factors:
         terms = tuple((row, int(c)) for row, c in factor.terms())
-        found.append((terms, e))
-    return Fraction(int(content.p), int(content.q)), tuple(found)
+        parts.append((terms, e))
+    return Fraction(int(content.p), int(content.q)), tuple(parts)
 
 
 def _gather(ring: Ring, rows: list[tuple[dict[int, int], Fraction]]) -> list[Product]:

@@ -157,8 +157,8 @@ def add(terms: Iterable[Product]) -> Sum:
     parts = [part for term in terms for part in open_sum(term)]
     if len(parts) == 1 and parts[0].number:
         return Sum((parts[0],))
-    found = [part for part in parts if part.number]
-    return Sum(tuple(sorted(found, key=lambda part: (part.number.numerator < 0, part.order))))
+    nonzero = [part for part in parts if part.number]
+    return Sum(tuple(sorted(nonzero, key=lambda part: (part.number.numerator < 0, part.order))))
 
 
 def multiply(*parts: Product | Base | tuple[Base, Fraction | int]) -> Product:

@@ -120,14 +120,14 @@ def common_measure(polynomials: Sequence[Series]) -> Fraction:
 
 def common_monomial(polynomials: Iterable[Series], kinds: set[Kind] | None = None) -> int:
     """Return the greatest monomial in some kinds of generators that divides all polynomials."""
-    found = [*polynomials]
-    first, *others = monomials_in(found) or [0]
+    series = [*polynomials]
+    first, *others = monomials_in(series) or [0]
     least = dict(exponents(first))
     for monomial in others:
         least = _find_least(least, exponents(monomial))
     if kinds is None or not least:
         return sum(power(i, e) for i, e in least.items())
-    generators = found[0].ring.generators
+    generators = series[0].ring.generators
     return sum(power(i, e) for i, e in least.items() if generators[i].kind in kinds)
 
 
@@ -139,15 +139,15 @@ def monomials_in(polynomials: Iterable[Series]) -> set[int]:
 def _find_least(one: dict[int, int], other: tuple[tuple[int, int], ...]) -> dict[int, int]:
     """Return the lower power of each generator; one that does not occur has the power 0."""
     powers = dict(other)
-    found = {}
+    least = {}
     for i, e in one.items():
         low = min(e, powers.get(i, 0))
         if low:
-            found[i] = low
+            least[i] = low
     for i, e in other:
         if e < 0 and i not in one:
-            found[i] = e
-    return found
+            least[i] = e
+    return least
 
 
 def scale(form: Form, factor: Series) -> Form:
@@ -286,18 +286,18 @@ def _count_turns(key: int) -> int:
 def _expand(key: int, kept: dict[int, int]) -> dict[Trig, int]:
     """Expand cos or sin of a sum of angles, the real or imaginary part of ∏ (cos φ + i sin φ)^k."""
     # a product of sines (1) and cosines (0) by angle -> real and imaginary integer coefficient
-    found: dict[Trig, tuple[int, int]] = {(): (1, 0)}
+    products: dict[Trig, tuple[int, int]] = {(): (1, 0)}
     for j, k in exponents(key >> 1):
         turn = 1 if k > 0 else -1
         for _ in range(abs(k)):
             longer: dict[Trig, tuple[int, int]] = {}
-            for trig, (a, b) in found.items():
+            for trig, (a, b) in products.items():
                 for sine, (c, d) in ((0, (a, b)), (1, (-turn * b, turn * a))):
                     for part, count in _raise(trig, (power(j), sine), kept[j]):
                         real, imaginary = longer.get(part, (0, 0))
                         longer[part] = (real + count * c, imaginary + count * d)
-            found = longer
-    return {trig: pair[key & 1] for trig, pair in found.items() if pair[key & 1]}
+            products = longer
+    return {trig: pair[key & 1] for trig, pair in products.items() if pair[key & 1]}
 
 
 def _raise(trig: Trig, factor: tuple[int, int], kept: int) -> list[tuple[Trig, int]]:

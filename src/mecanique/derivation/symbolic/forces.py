@@ -36,18 +36,18 @@ def assume_length(force: str, length: Series) -> tuple[Assumption, ...]:
 
 def length_names(ring: Ring, lengths: Iterable[tuple[str, Series]]) -> dict[str, str]:
     """Return the meaning of each root with a name, such as the length of a spring."""
-    found: dict[str, list[str]] = {}
+    lengths_of: dict[str, list[str]] = {}
     whole: dict[str, bool] = {}
     for name, length in lengths:
         for g in length.generators():
             if g.index in ring.atoms and ring.atoms[g.index].named:
-                found.setdefault(g.name, []).append(name)
+                lengths_of.setdefault(g.name, []).append(name)
                 whole[g.name] = whole.get(g.name, True) and length == ring[g.name]
     roots = (i for i, atom in ring.atoms.items() if atom.named and atom.function == "sqrt")
     return dict.fromkeys((ring.generators[i].name for i in roots), "root") | {
         name: f"{'length' if whole[name] else 'root in the length'} of {' and '.join(owners)}"
         + (" [m]" if whole[name] else "")
-        for name, owners in found.items()
+        for name, owners in lengths_of.items()
     }
 
 
@@ -127,7 +127,9 @@ def stored_in_loads(mechanism: Mechanism) -> Mapping[str, Series]:
     try:
         kinematics = Kinematics(Algebra(mechanism))
         for force in loads:
-            works = [find_potential(kinematics.algebra, one) for one in works_of(kinematics, force)]
+            works = [
+                find_potential(kinematics.algebra, work) for work in works_of(kinematics, force)
+            ]
             if all(work.kind == "potential" for work in works):
                 ring = kinematics.algebra.ring
                 stored[force.name] = ring.sum([work.scalar for work in works if work.scalar])

@@ -88,7 +88,7 @@ def energy_stages(lagrange: Lagrange, *, by_squares: bool = True) -> list[Stage]
     ]
     parts = parts if len(parts) > 1 else []
     whole = Result(Left("T"), T, partial(_write_squares, T, collect_squares(squares)))
-    found = [Stage("Kinetic energy", _say_kinetic(lagrange), (*parts, whole))]
+    stages = [Stage("Kinetic energy", _say_kinetic(lagrange), (*parts, whole))]
     stored = _list_energies(gravity, works)
     sentences = []
     if gravity:
@@ -121,13 +121,13 @@ def energy_stages(lagrange: Lagrange, *, by_squares: bool = True) -> list[Stage]
     if stored:
         several = stored if len(stored) > 1 else []
         whole = Result(Left("V"), V, partial(_write_potential, gravity, works, V))
-        found.append(Stage("Potential energy", " ".join(sentences), (*several, whole)))
+        stages.append(Stage("Potential energy", " ".join(sentences), (*several, whole)))
     elif not V:
         sentence = "There are neither weights nor springs: V is zero."
         if heavy:
             sentence = "The weights do no work in this motion, and there are no springs: V is zero."
-        found.append(Stage("Potential energy", sentence, (Result(Left("V"), V),)))
-    return found
+        stages.append(Stage("Potential energy", sentence, (Result(Left("V"), V),)))
+    return stages
 
 
 def _say_kinetic(lagrange: Lagrange) -> str:
@@ -230,24 +230,24 @@ def split_by_degree(series: Series) -> dict[int, Series]:
     """Split a series into parts by their degree in the velocities."""
     ring = series.ring
     velocities = ring.names(Kind.VELOCITY)
-    found: dict[int, list[Series]] = {}
+    parts: dict[int, list[Series]] = {}
     for powers, coefficient in series.coefficients(velocities).items():
         rates = [ring[name] ** e for name, e in zip(velocities, powers, strict=True) if e]
-        found.setdefault(sum(powers), []).append(prod(rates, start=coefficient))
-    return {degree: tidy(ring.sum(terms)) for degree, terms in found.items()}
+        parts.setdefault(sum(powers), []).append(prod(rates, start=coefficient))
+    return {degree: tidy(ring.sum(terms)) for degree, terms in parts.items()}
 
 
 def work_stages(lagrange: Lagrange) -> list[Stage]:
     """Return the steps that treat dampers, drives and loads."""
     algebra, D = lagrange.algebra, lagrange.D
-    found = []
+    stages = []
     if D:
         sentence = (
             "A linear damper resists with c times its rate. Half of c times the square of the rate "
             "is Rayleigh's dissipation function D; its derivative by a velocity is the force of "
             "the dampers against that velocity."
         )
-        found.append(Stage("Dissipation", sentence, (Result(Left("D"), D),)))
+        stages.append(Stage("Dissipation", sentence, (Result(Left("D"), D),)))
     loads = [work for work in lagrange.works if work.kind == "work"]
     if loads:
         sentence = (
@@ -258,15 +258,15 @@ def work_stages(lagrange: Lagrange) -> list[Stage]:
         for k, name in enumerate(algebra.velocities):
             total = algebra.ring.sum([work.forces[k] for work in loads])
             results.append(Result(Left("Q", coordinate_of(name), component=True), total))
-        found.append(Stage("Virtual work of drives and loads", sentence, tuple(results)))
-    return found
+        stages.append(Stage("Virtual work of drives and loads", sentence, tuple(results)))
+    return stages
 
 
 def coordinate_stages(
     lagrange: Lagrange, operated: Sequence[Euler], turning: Sequence[Series]
 ) -> list[Stage]:
     """Return the steps that apply Lagrange's operator, one for each velocity."""
-    ring, squares, found = lagrange.algebra.ring, collect_squares(lagrange.squares), []
+    ring, squares, stages = lagrange.algebra.ring, collect_squares(lagrange.squares), []
     columns = (
         lagrange.algebra.velocities,
         operated,
@@ -312,8 +312,8 @@ def coordinate_stages(
             if shown
         )
         if results:
-            found.append(Stage(f"Operator for {q}", sentence, results))
-    return found
+            stages.append(Stage(f"Operator for {q}", sentence, results))
+    return stages
 
 
 @final
@@ -408,13 +408,13 @@ class Lagrange:
     @cached_property
     def squares(self) -> dict[str, Squares]:
         """The kinetic energy of each body or rotor as squares, empty if it has no such form."""
-        found = {}
+        named = {}
         for name, T in self.kinetic:
             squares = self._list_squares(name) if name in self.kinematics.place else ()
             whole = self.algebra.ring.sum([factor * w * w / 2 for factor, w in squares])
             if T:
-                found[name] = squares if (T - whole).vanishes() else ()
-        return found
+                named[name] = squares if (T - whole).vanishes() else ()
+        return named
 
     def _list_squares(self, body: str) -> Squares:
         """Return the principal moments about a body's fixed origin, and its spin along them."""
@@ -464,13 +464,13 @@ class Lagrange:
 
     def _closing(self) -> str:
         """The sentence before the equations of motion."""
-        found = {work.kind for work in self.works}
-        loss = " + ∂D/∂q'" if "dissipation" in found else ""
-        drive = "Q" if "work" in found else "0"
+        kinds = {work.kind for work in self.works}
+        loss = " + ∂D/∂q'" if "dissipation" in kinds else ""
+        drive = "Q" if "work" in kinds else "0"
         slopes = sorted({"∂ψ/∂q'" if tie.of_velocities else "∂Φ/∂q" for tie in self.ties})
         if self.ties:
             held = " + ".join(f"Σ λ {slope}" for slope in slopes)
-            drive = f"Q + {held}" if "work" in found else held
+            drive = f"Q + {held}" if "work" in kinds else held
         quasi = any(not name.endswith("'") for name in self.algebra.velocities)
         added = (
             "; for a velocity that is not the rate of a coordinate the terms of Euler and "
@@ -494,7 +494,7 @@ class Lagrange:
     def _find_turning(self, momenta: Sequence[Series]) -> list[Series]:
         """Return ω × ∂T/∂v and ω × ∂T/∂ω + v × ∂T/∂v of each quaternion joint, else zero."""
         algebra = self.algebra
-        found = [algebra.ring.number(0)] * len(momenta)
+        turning = [algebra.ring.number(0)] * len(momenta)
         for joint in algebra.mechanism.joints:
             if joint.quaternion:
                 at = [algebra.velocities.index(name) for name in joint.velocities]
@@ -505,5 +505,5 @@ class Lagrange:
                     v, p = Vector(*rates[:3]), Vector(*(momenta[k] for k in at[:3]))
                     turned = [*cross(w, p), *(cross(w, H) + cross(v, p))]
                 for k, term in zip(at, turned, strict=True):
-                    found[k] = term
-        return found
+                    turning[k] = term
+        return turning

@@ -579,10 +579,10 @@ def _solve_by_cramer(
 def list_alone(basis: Sequence[Column]) -> list[list[int]]:
     """Return for each displacement the velocities that it alone changes, at the rate 1."""
     users = [sum(map(bool, parts)) for parts in zip(*basis, strict=True)]
-    found = []
+    alone = []
     for column in basis:
-        found.append([i for i, x in enumerate(column) if x == 1 and users[i] == 1])
-    return found
+        alone.append([i for i, x in enumerate(column) if x == 1 and users[i] == 1])
+    return alone
 
 
 Product: TypeAlias = Callable[[Series, Series], Series]

@@ -194,12 +194,12 @@ class _Solving:
 
     def _find_kept(self) -> tuple[int, ...]:
         """Return the velocity that each independent displacement is, none unless all are."""
-        found = list[int]()
+        kept = list[int]()
         # with x' = z' the velocity that gives way has an entry of 1 as well
         gone = {k for _, u in self.allowed.pulls for k, entry in enumerate(u) if entry}
         for alone in list_alone(self.allowed.basis):
-            found += [i for i in alone if i not in gone][:1]
-        return tuple(found) if len(found) == len(self.allowed.basis) else ()
+            kept += [i for i in alone if i not in gone][:1]
+        return tuple(kept) if len(kept) == len(self.allowed.basis) else ()
 
     def _reach(self, rest: Sequence[Series]) -> Column:
         """Return p with A p + rest = 0."""
@@ -231,9 +231,9 @@ class _Solving:
 
     def solution(self, longest: float) -> EliminatedSolution:
         """Return the solution: that with fewer terms, as constraints allow several forms."""
-        found = [self._solve(gamma, rest, longest) for gamma, rest in self.sides]
-        solved = [one for one in found if one.accelerations]
-        return min(solved, key=_count) if solved[1:] else (solved or found)[-1]
+        ways = [self._solve(gamma, rest, longest) for gamma, rest in self.sides]
+        solved = [way for way in ways if way.accelerations]
+        return min(solved, key=_count) if solved[1:] else (solved or ways)[-1]
 
     def _solve(self, gamma: Sequence[Series], rest: Column, longest: float) -> EliminatedSolution:
         S, p = self.allowed.basis, self._reach(gamma)
@@ -287,12 +287,12 @@ class _Solving:
 
     def _shorten(self, quotients: Iterable[tuple[str, Quotient]]) -> dict[str, Quotient]:
         """Return quotients as short as the constraints allow, none if one is long."""
-        found = {}
+        short = {}
         for name, quotient in quotients:
             if not quotient.bearable:
                 return {}
-            found[name] = Quotient(_shorten(quotient.above, self.rates), quotient.below)
-        return found
+            short[name] = Quotient(_shorten(quotient.above, self.rates), quotient.below)
+        return short
 
     def _weigh(self, forces: Column) -> Column:
         """Return the multipliers of the ties that balance forces."""
@@ -339,14 +339,14 @@ def _find_still(derivation: Derivation) -> dict[str, Series]:
             pivot = gaps.pop(k)
             others = [slope / slopes[k] for i, slope in enumerate(slopes) if i != k]
             gaps = [tidy(gap - share * pivot) for gap, share in zip(gaps, others, strict=True)]
-    found = dict[str, Series]()
+    zeros = dict[str, Series]()
     for gap in gaps:
         held = {g.name for g in gap.generators() if g.kind in (Kind.COORDINATE, Kind.TIME)}
         if len(held) == 1 and (name := held.pop()) in names:
             here = Substitution({name: ring.number(0)}, {})
             if here(gap).vanishes() and not here(gap.diff(name)).vanishes():
-                found |= {name: ring.number(0), f"{name}'": ring.number(0)}
-    return found
+                zeros |= {name: ring.number(0), f"{name}'": ring.number(0)}
+    return zeros
 
 
 def _shorten(series: Series, rates: Sequence[Series]) -> Series:
@@ -389,7 +389,7 @@ def _count(solution: EliminatedSolution) -> int:
 
 def _solve_blocks(M: Sequence[Sequence[Series]], loads: Sequence[Series]) -> list[Quotient] | None:
     """Solve M c = loads for accelerations that depend on each other, block by block."""
-    found: dict[int, Quotient] = {}
+    quotients: dict[int, Quotient] = {}
     waiting = list(range(len(M)))
     while waiting:
         block, edge = set[int](), {waiting[0]}
@@ -407,8 +407,8 @@ def _solve_blocks(M: Sequence[Sequence[Series]], loads: Sequence[Series]) -> lis
         if below.vanishes() or len(below) > LONGEST_ABOVE or max(map(len, sides)) > LONGEST_ABOVE:
             return None
         for k, above in zip(rows, cramer(below.ring, part, sides), strict=True):
-            found[k] = reduce_quotient(above, below)
-    return [found[k] for k in range(len(M))]
+            quotients[k] = reduce_quotient(above, below)
+    return [quotients[k] for k in range(len(M))]
 
 
 def _combine(first: Series, factors: Sequence[Series], c: Sequence[Quotient]) -> Quotient:
