@@ -15,6 +15,7 @@ from mecanique.derivation.methods import derive
 from mecanique.derivation.printing.prose import to_latex
 from mecanique.derivation.printing.writers import Equation, Text
 from mecanique.derivation.scalars.evaluation import Evaluation, relative_rest
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.derivation.symbolic.multipliers import name_of
 from mecanique.derivation.symbolic.reduced import (
@@ -305,6 +306,12 @@ class SingleEquation(Legible):
             sums.append([values[K.name] * a, changes[K.coordinate] * v**2, due])
         return max(map(relative_rest, sums), default=0.0)
 
+    @cached_property
+    def _slopes(self) -> list[list[Series]]:
+        """The derivatives of the loops' gaps by the coordinates."""
+        ring = self.found.derivation.algebra.ring
+        return [tie.slopes(ring) for tie in self.found.ties]
+
     def _close(self, q: np.ndarray, rate: float) -> dict[str, Any] | None:
         """Close the loops near q; return all values there, None if singular or not closed."""
         ties, ring = self.found.ties, self.found.derivation.algebra.ring
@@ -315,7 +322,7 @@ class SingleEquation(Legible):
             values = {**self.mechanism.values, **dict(zip(names, q.tolist(), strict=True))}
             evaluate = Evaluation(ring, values)
             gaps = np.array([evaluate(tie.demand) for tie in ties])
-            slopes = np.array([[*map(evaluate, tie.slopes(ring))] for tie in ties])
+            slopes = np.array([[*map(evaluate, row)] for row in self._slopes])
             sizes = np.linalg.norm(slopes, axis=1)  # a gap in them is one of the coordinates
             if not sizes.all():
                 return None
