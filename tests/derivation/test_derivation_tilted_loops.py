@@ -209,7 +209,7 @@ def test_a_wheel_on_a_tilted_plane_has_a_closed_form_without_noise() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_hundred_tilts_offsets_and_sizes_of_each_loop(kind: str) -> None:
-    """From 1 mm to 1 km: all methods agree with the engine; one in five is also verified."""
+    """From 1 mm to 1 km: all methods agree with the engine; one in ten is also verified."""
     for seed in range(KINDS.index(kind) + 600, 1200, len(KINDS)):
         mechanism = random_case(seed)
         q, v = closed_state(mechanism)
@@ -220,7 +220,7 @@ def test_a_hundred_tilts_offsets_and_sizes_of_each_loop(kind: str) -> None:
             np.testing.assert_allclose(
                 found, expected, rtol=1e-9, atol=1e-9 * size, err_msg=f"seed {seed}, {method}"
             )
-        if seed % 5 == 0:  # these take ten times as long
+        if seed // len(KINDS) % 10 == 0:  # these take ten times as long
             assert mq.verify(mechanism, samples=3, seed=seed).agrees, seed
             assert mq.reduce_loops(mechanism, "phi").compare(samples=20) < 1e-9, seed
 
