@@ -14,6 +14,7 @@ __all__ = [
     "make_ball",
     "make_block",
     "make_corner",
+    "make_rack",
     "make_rod",
     "make_sled",
     "move_in_plane",
@@ -53,6 +54,36 @@ def make_block(width: float, height: float, mu: float) -> mq.Mechanism:
     """Return a block of 1 kg on a table."""
     return move_in_plane(
         mq.box(1.0, (width, width, height)), *_support("body", (width, height), mu)
+    )
+
+
+def make_rack(load: float, slope: float) -> mq.Mechanism:
+    """Return a rack of 1 kg on a slide, which a load pulls back, and a pawl of 0.1 kg above it.
+
+    A tooth is 0.1 m long; the pawl is pressed by its weight alone.
+    """
+    long, high = 0.1, 0.1 * slope
+    sides = list[mq.Contact]()
+    for k in range(2):
+        rise = mq.Placement(((k + 0.5) * long, 0, high / 2), (0, -math.atan(slope), 0))
+        face = mq.Placement(((k + 1) * long, 0, 0), (0, math.pi / 2, 0))
+        size = math.hypot(long, high)
+        sides.append(mq.Contact(f"rise {k}", "pawl", on="rack", plane=rise, length=size))
+        # from the tip on, and as far below the foot of the next tooth
+        sides.append(mq.Contact(f"face {k}", "pawl", on="rack", plane=face, length=2 * high))
+    return mq.Mechanism(
+        "rack",
+        (
+            mq.Body("ground"),
+            mq.Body("rack", mq.box(1.0, (0.2, 0.02, 0.02))),
+            mq.Body("pawl", mq.particle(0.1)),
+        ),
+        (
+            mq.Prismatic("slide", "ground", "rack", axis=(1, 0, 0), coordinate="x"),
+            mq.Prismatic("guide", "ground", "pawl", axis=(0, 0, 1), coordinate="z"),
+        ),
+        forces=(mq.JointForce("load", "slide", load),),
+        switching=tuple(sides),
     )
 
 

@@ -193,8 +193,8 @@ def test_an_impact_by_poisson_gives_a_part_of_the_impulse_back(restitution: floa
 def test_a_side_with_ends_carries_between_them(foot: float) -> None:
     """Near an end what is left is the distance from it; beyond, a contact is open."""
     elements, half = floor(1, length=3.0), 1.5
-    assert find_inside(floor(1), {}) == [1.0]
-    (left,) = find_inside(elements, {"floor": foot})
+    assert find_inside(floor(1), {}, np.zeros(3)) == [1.0]
+    (left,) = find_inside(elements, {"floor": foot}, np.zeros(3))
     inside = (half + foot) * (half - foot) / (2 * half)
     assert left == pytest.approx(inside, rel=1e-14)
     for gap in (-1.0, 0.1, 1.0):

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from sides import TABLE, make_ball, make_block, make_sled, move_in_plane
+from sides import TABLE, make_ball, make_block, make_rack, make_sled, move_in_plane
 
 import mecanique as mq
 from mecanique.motion.motion import Motion
@@ -165,3 +165,25 @@ def test_a_motion_is_drawn_with_its_table_not_with_forces_that_may_be_none() -> 
     assert isinstance(cut, mq.Drawing)
     assert drawn.svg == still.svg
     assert "rear" in cut.svg
+
+
+def test_a_pawl_lets_a_rack_pass_one_way_and_holds_it_the_other() -> None:
+    """It climbs a tooth, drops behind it, and holds its face as the load pulls the rack back."""
+    load, slope, g = 2.0, 0.2, 9.81
+    rack = make_rack(load, slope)
+    q, v = {"x": -0.02, "z": 0.02 * slope}, {"x": -0.7, "z": 0.7 * slope}
+    motion = mq.simulate(rack, q=q, v=v, duration=1.0, rtol=1e-11)
+    back = (load + 0.1 * g * slope) / (1.0 + 0.1 * slope**2)
+    slower = math.sqrt(0.49 - 2 * back * 0.08)
+    (leaves,) = (event.t for event in motion.events if event.name == "rise 0: open")
+    assert leaves == pytest.approx((0.7 - slower) / back, rel=1e-9)
+    assert motion.modes[-1].states == {
+        "rise 0": "open",
+        "face 0": "closed",
+        "rise 1": "closed",
+        "face 1": "open",
+    }
+    np.testing.assert_allclose(motion.q[-1], [-0.1, 0.0], rtol=0, atol=1e-13)
+    np.testing.assert_allclose(motion.v[-1], 0.0, rtol=0, atol=1e-15)
+    held = motion.reactions("face 0").force[-1]
+    np.testing.assert_allclose(np.abs(held), [load + 0.1 * g * slope, 0, 0], rtol=1e-12, atol=1e-12)

@@ -176,7 +176,7 @@ class _Bench:
         self.elements = list_elements(
             mechanism, self._names, mechanism.evaluate, np.flatnonzero(largest <= IDLE).tolist()
         )
-        inside = find_inside(self.elements, self._feet)
+        inside = find_inside(self.elements, self._feet, self.theirs.gaps)
         columns = [np.broadcast_to(column, len(states)) for column in inside]
         self.theirs = self.theirs._replace(inside=np.column_stack(columns))
         self._order = [row for element in self.elements for row in element.rows]

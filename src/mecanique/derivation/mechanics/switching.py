@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.derivation.mechanics.letters import Letters
-from mecanique.derivation.tolerances import REDUNDANT, STILL
+from mecanique.derivation.tolerances import ALIGNED, CLOSED_GAP, REDUNDANT, STILL
 from mecanique.errors import InputError
 from mecanique.model.constraint_base import GuidingElement, JointRow, PressingContact
 from mecanique.model.constraints.friction import Contact, Switching
@@ -76,6 +76,7 @@ class ElementRows:
     stiffness: Any = None  # of an elastic stop
     holds: Any = 0.0  # the pull that a latch keeps
     length: Any = None  # of a side with ends
+    edges: tuple[int, ...] = ()  # rows of the sides that it meets in an edge
 
     @property
     def name(self) -> str:
@@ -156,10 +157,45 @@ def list_elements(
             stated["length"] = evaluate(element.length)
         elements.append(ElementRows(element, normal, tuple(tangents), **stated))
     normals = {rows.name: rows.normal for rows in elements}
-    return tuple(
-        rows if (by := rows.element.pressed_by) is None else replace(rows, pressing=normals[by])
-        for rows in elements
-    )
+    related: list[ElementRows] = []
+    for known in elements:
+        by = known.element.pressed_by
+        edges = [normals[name] for name in _list_edges(mechanism, known.element)]
+        related.append(
+            replace(
+                known,
+                pressing=None if by is None else normals[by],
+                edges=tuple(row for row in edges if row is not None),
+            )
+        )
+    return tuple(related)
+
+
+def _list_edges(mechanism: Mechanism, element: Any) -> Iterator[str]:
+    """Yield the sides that a side meets in an edge: of one body, touched by the same point."""
+    if not isinstance(element, Contact) or not element.ends:
+        return
+
+    def place(side: Contact) -> tuple[Scalars, Scalars]:
+        """Return the ends of a side, shape (2, 3), and its normal."""
+        turn = np.array([mechanism.evaluate_all(row) for row in side.plane.rotation])
+        half = 0.5 * mechanism.evaluate(side.length) * turn[:, 0]
+        middle = np.array(mechanism.evaluate_all(side.plane.xyz))
+        return np.array([middle - half, middle + half]), turn[:, 2]
+
+    ends, normal = place(element)
+    for rival in mechanism.switching:
+        if not isinstance(rival, Contact) or not rival.ends:
+            continue
+        same = (rival.bodies, rival.center, rival.radius)
+        if rival is element or same != (element.bodies, element.center, element.radius):
+            continue
+        theirs, _ = place(rival)
+        apart = np.linalg.norm(ends[:, None] - theirs, axis=2)
+        near, size = np.unravel_index(apart.argmin(), (2, 2)), apart.max()
+        behind = (theirs[1 - near[1]] - ends[near[0]]) @ normal < -ALIGNED * size
+        if apart[near] <= CLOSED_GAP * size and behind:
+            yield rival.name
 
 
 def list_holding(mechanism: Mechanism, names: Sequence[str]) -> Iterator[ElementRows]:
@@ -546,10 +582,16 @@ def list_present_margins(
     return keep_inside(terms, elements, mode, left, length)
 
 
-def find_inside(elements: Sequence[ElementRows], feet: Mapping[str, Any]) -> list[Any]:
+def find_inside(
+    elements: Sequence[ElementRows],
+    feet: Mapping[str, Any],
+    gaps: Scalars,
+    absolute: Callable[[Any], Any] = np.abs,
+) -> list[Any]:
     """Return how far inside its side each contact is, by the place along it; 1 without ends.
 
-    Near an end this is the distance from it [m].
+    Near an end this is the distance from it [m]. What is in front of another side that meets this
+    one in an edge is not behind this one, as the body is between them.
     """
     inside: list[Any] = []
     for element in elements:
@@ -557,7 +599,11 @@ def find_inside(elements: Sequence[ElementRows], feet: Mapping[str, Any]) -> lis
             inside.append(1.0)
             continue
         half, foot = 0.5 * element.length, feet[element.name]
-        inside.append(0.5 * (half - foot * foot / half))
+        left = 0.5 * (half - foot * foot / half)
+        for row in element.edges:
+            behind = -1.0 * gaps.T[row] - CLOSED_GAP * element.length
+            left = 0.5 * (left + behind - absolute(left - behind))
+        inside.append(left)
     return inside
 
 

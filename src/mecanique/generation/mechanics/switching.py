@@ -60,17 +60,18 @@ class SwitchingEquations:
             [k for k, name in enumerate(names) if idle(name)],
         )
         feet = {row.name.rpartition(": ")[0]: row.foot for row in contacts}
+        gaps = join([row.gap for row in contacts], joints.gaps)
         self.terms = Terms(
             mass=as_scalars([list(row) for row in mass]),
             load=as_scalars([Q - h for Q, h in zip(forces, bias, strict=True)]),
             jacobian=np.concatenate([slopes, joints.jacobian]),
             gamma=join([row.rate for row in contacts], joints.gamma),
-            gaps=join([row.gap for row in contacts], joints.gaps),
+            gaps=gaps,
             rates=join([row.slip for row in contacts], joints.rates),
             drift=joints.drift,  # of joints alone
             kinetic=joints.kinetic,
             static=joints.static,
-            inside=as_scalars(find_inside(self.elements, feet)),
+            inside=as_scalars(find_inside(self.elements, feet, gaps, self.length)),
         )
 
     @property

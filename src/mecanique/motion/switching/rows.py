@@ -132,7 +132,7 @@ class SwitchingRows:
             drift=drift,
             kinetic=kinetic,
             static=static,
-            inside=np.array(find_inside(self.elements, feet)),
+            inside=np.array(find_inside(self.elements, feet, gaps)),
         )
 
     def contact_wrenches(

@@ -19,9 +19,18 @@ g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 mechanism = mq.Mechanism(
     name="block_on_incline",
     bodies=(mq.Body("ground"), mq.Body("block", mq.box(m, (0.3, 0.2, 0.2)))),
-    joints=(mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
+    joints=(
+        mq.Prismatic(
+            "slide",
+            "ground",
+            "block",
+            origin=mq.Placement((0, 0, 0), (0, alpha, 0)),
+            axis=(1, 0, 0),
+            coordinate="x",
+        ),
+    ),
     parameters=(m, alpha, mu, mu_0, g),
-    gravity=(g * mq.sin(alpha), 0, -g * mq.cos(alpha)),
+    gravity=(0, 0, -g),
     switching=(mq.Friction("dry", "slide", mu, m * g * mq.cos(alpha), mu_static=mu_0),),
 )
 
