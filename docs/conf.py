@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx import addnodes
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
@@ -82,6 +83,22 @@ def write_math_block(writer: HTML5Translator, node: nodes.math_block) -> None:
     raise nodes.SkipNode
 
 
+def link_names(app: Sphinx, page: nodes.document) -> None:
+    """Link each public name in a sentence, `mq.name(…)`, to where the reference explains it."""
+    import mecanique as mq
+
+    for literal in list(page.findall(nodes.literal)):
+        named = re.match(r"mq\.(\w+)", literal.astext())
+        linked = isinstance(literal.parent, nodes.reference | addnodes.pending_xref)
+        if named is None or named[1] not in mq.__all__ or linked:
+            continue
+        link = addnodes.pending_xref(
+            refdomain="py", reftype="obj", reftarget=f"mecanique.{named[1]}", refwarn=True
+        )
+        literal.replace_self(link)
+        link += literal
+
+
 def write_dashes(app: Sphinx, page: nodes.document) -> None:
     """Set an argument and its meaning apart by a dash, which Sphinx writes as two hyphens."""
     for text in list(page.findall(nodes.Text)):
@@ -102,6 +119,7 @@ def setup(app: Sphinx) -> None:
     os.environ["IPYTHONDIR"] = str(settings)
     logging.getLogger("traitlets").setLevel(logging.WARNING)
 
+    app.connect("doctree-read", link_names)
     app.connect("doctree-read", write_dashes)
     app.connect("doctree-resolved", keep_signs)
     app.add_html_math_renderer("mathml", (write_math, None), (write_math_block, None))

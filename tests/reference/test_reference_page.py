@@ -11,8 +11,8 @@ PAGE = Path(__file__).parents[2] / "docs" / "reference.md"
 START = """# What a Reference answers
 
 `ref = mq.Reference(mechanism)` takes positions, velocities, accelerations and torques in order or
-by name, one state or many. Angles in radians, all else in SI units; the conventions are in
-[conventions.md](conventions.md). This page is made of the docstrings, and a test compares them.
+by name, one state or many. Angles in radians, all else in SI units; signs and axes are those of the
+[conventions](conventions.md). This page is made of the docstrings, and a test compares them.
 
 """
 

@@ -399,6 +399,22 @@ def test_a_page_plays_a_ball_that_bounces_to_rest(show: Callable[..., Visit]) ->
         heights.append(seen.js("mecanique.setup.bench.setting.start[0]"))
     assert heights[0] > 0.6
     assert heights[1] == pytest.approx(motion.q[-1, 0], abs=1e-9)
+    # where it rests; what it is pulled by lifts it from there
+    seen.page.click("#tab-parameters")
+    seen.page.click("#modes-find")
+    seen.until("document.getElementById('modes-find').textContent === 'Find rest and modes'")
+    told = "At rest where z = 0, floor closed: stable. Nothing is free to move there."
+    assert seen.page.inner_text("#modes-told") == told
+    assert seen.page.is_hidden("#modes")
+    seen.page.select_option("#drag", "pull")
+    seen.seek(0)
+    x, y = seen.js(MIDDLE)
+    seen.page.mouse.move(x, y)
+    seen.page.mouse.down()
+    seen.page.mouse.move(x, y - 200)
+    seen.until("mecanique.picture.row[9] > 0.3")
+    seen.page.mouse.up()
+    assert seen.js("mecanique.setup.bench.setting.start[0]") > 0.2
     seen.clean()
 
 

@@ -193,6 +193,20 @@ test("what makes no sense is refused, and nothing changes", () => {
   assert.deepEqual([set.get("parameter", "k"), set.get("parameter", "m")], [9, 1]);
 });
 
+test("two motions that together move no mass are named", () => {
+  const two = { ...engine, coordinates: ["x", "s"], velocities: ["x'", "s'"], start: [0, 0, 0, 0] };
+  // of a mass m at x + s alone
+  const joined = {
+    rates: (t, y, p, out) => out.fill(NaN),
+    row(t, y, p, out) {
+      program.row(t, [y[0] + y[1], y[2] + y[3], 0], p, out);
+      return out;
+    },
+  };
+  const set = new Bench(new Machine(two, joined), scene, layout);
+  assert.throws(() => set.reset(), /A motion of x', s' together moves no mass/);
+});
+
 test("an address keeps what was changed and nothing else", () => {
   const set = bench();
   set.set([

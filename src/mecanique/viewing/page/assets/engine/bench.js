@@ -3,9 +3,11 @@
 
 import { numberOf } from "../data/numbers.js";
 import { Computed } from "./computed.js";
+import { eigen } from "./modes.js";
 import { findFaults, requireFinite, requireSpan } from "./rules.js";
 
 const UNDONE = 200; // settings kept to go back to
+const IDLE = 1e-14; // of the largest inertia, where there is none
 const MOST_LONGER = 6; // how many times longer a motion is made; then its next part is shown
 
 function copy(setting) {
@@ -68,8 +70,7 @@ export class Bench {
     const y = this.machine.begin(next, held);
     next.start = [...y.subarray(0, this.machine.names.length)];
     const begun = performance.now();
-    const path = this.machine.move(next, y, next.first + next.duration);
-    if (!path.steps) throw new Error(this.explainRest(next, y));
+    const path = this.moveFrom(next, y);
     const table = new Computed(this.machine, next, path, this);
     this.spent = performance.now() - begun;
     table.other = this.neighbor ? this.moveOther(next, table) : null;
@@ -80,6 +81,18 @@ export class Bench {
     this.setting = next;
     this.table = table;
     return table;
+  }
+
+  // The path of a motion; where a motion moves no mass, that is why there is none.
+  moveFrom(setting, y) {
+    try {
+      const path = this.machine.move(setting, y, setting.first + setting.duration);
+      const stuck = !path.steps || path.stopped.endsWith(" steps");
+      if (!stuck || (path.steps && !this.findIdle(setting, y).length)) return path;
+    } catch (error) {
+      if (!this.findIdle(setting, y).length) throw error;
+    }
+    throw new Error(this.explainRest(setting, y));
   }
 
   // For each body whether its place or attitude follows some coordinate.
@@ -104,11 +117,23 @@ export class Bench {
     return moving;
   }
 
-  // Why there is no motion: M_kk = T(v_k = 1) + T(v_k = −1) − 2 T(0) is zero where nothing is moved.
+  // Why there is no motion: a velocity v has T = 0, by M_kl = T(1_k + 1_l) − T(1_k) − T(1_l) + T(0).
   explainRest(setting, y) {
+    const idle = this.findIdle(setting, y);
+    if (!idle.length)
+      return "There is no motion with these values: the accelerations at the start are not finite.";
+    const names = idle.map((k) => this.machine.names[this.machine.nq + k]);
+    return names.length === 1
+      ? `The motion ${names[0]} moves no mass, so nothing determines it; give it mass or inertia.`
+      : `A motion of ${names.join(", ")} together moves no mass, so nothing determines it; give it mass or inertia.`;
+  }
+
+  // The velocities of a motion that moves no mass; empty if every motion moves some.
+  findIdle(setting, y) {
     const { machine, scene, layout } = this;
-    const { names, nq, nv } = machine;
+    const { nq, nv } = machine;
     const at = scene.series?.findIndex(({ name }) => name === "energy kinetic") ?? -1;
+    if (at < 0) return [];
     const path = {
       first: setting.first,
       last: setting.first,
@@ -118,18 +143,24 @@ export class Bench {
     };
     const row = new Float64Array(layout.end);
     const still = new Computed(machine, setting, path, this);
-    const energy = (k, speed) => {
+    const energy = (...moving) => {
       const state = y.slice().fill(0, nq);
-      if (k >= 0) state[nq + k] = speed;
+      for (const k of moving) state[nq + k] += 1;
       return still.fill(setting.first, state, row)[layout.series + at];
     };
-    const masses = Array.from({ length: at < 0 ? 0 : nv }, (_, k) =>
-      Math.abs(energy(k, 1) + energy(k, -1) - 2 * energy(-1, 0)),
+    const [none, alone] = [energy(), Array.from({ length: nv }, (_, k) => energy(k))];
+    const M = alone.map((a, k) => alone.map((b, l) => energy(k, l) - a - b + none));
+    const masses = M.map((line, k) => line[k]);
+    const most = Math.max(...masses);
+    const idle = masses.findIndex((mass) => !(mass > IDLE * most));
+    if (idle >= 0) return [idle];
+    const { values, vectors } = eigen(
+      M.map((line, k) => line.map((x, l) => x / Math.sqrt(masses[k] * masses[l]))),
     );
-    const idle = masses.findIndex((mass) => !(mass > 1e-14 * Math.max(...masses)));
-    return idle < 0
-      ? "There is no motion with these values: the accelerations at the start are not finite."
-      : `The motion ${names[nq + idle]} moves no mass, so nothing determines it; give it mass or inertia.`;
+    const least = values.indexOf(Math.min(...values));
+    if (values[least] > IDLE) return [];
+    const parts = vectors.map((line, k) => Math.abs(line[least]) / Math.sqrt(masses[k]));
+    return [...parts.keys()].filter((k) => parts[k] > 0.1 * Math.max(...parts));
   }
 
   // The motion made twice as long, or its next part if that would be too long; null if it stops.

@@ -95,7 +95,6 @@ export class Modes {
     this.offers.append(...rests.slice(before).map((rest) => this.offer(rest)));
     this.offers.hidden = rests.length < 2;
     if (before || !rests.length) return;
-    this.table.hidden = false;
     this.tell(rests[0]);
   }
 
@@ -138,11 +137,13 @@ export class Modes {
   tell(found) {
     this.told.textContent = `At rest where ${this.place(found)}. ${this.count(found.modes)}`;
     const rows = found.modes.map((mode, k) => this.row(found, mode, k));
+    this.table.hidden = !rows.length;
     const head = make("tr", {}, ...COLUMNS.map((text) => make("th", { scope: "col" }, text)));
     this.table.replaceChildren(head, ...rows);
   }
 
   count(modes) {
+    if (!modes.length) return "Nothing is free to move there.";
     const swaying = modes.filter(({ square }) => square > 0).length;
     const falling = modes.filter(({ square }) => square < 0).length;
     const free = modes.length - swaying - falling;
