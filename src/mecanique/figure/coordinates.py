@@ -252,7 +252,7 @@ def slopes(setting: Setting) -> Iterator[Mark]:
     ]
     if not camera.flat or len(visuals) != len(plates):
         return
-    yield from _rail_slopes(setting)
+    yield from _rail_slopes(setting, plated=bool(plates))
     for visual, plate in zip(visuals, plates, strict=True):
         names = [setting.name(angle) for angle in visual.placement.rpy if not is_zero(angle)]
         a, b = camera.at(plate.ends)
@@ -262,12 +262,13 @@ def slopes(setting: Setting) -> Iterator[Mark]:
         yield from _slope(low, high, names[0])
 
 
-def _rail_slopes(setting: Setting) -> Iterator[Mark]:
-    """The angle by which gravity is tilted against a slide on the ground."""
+def _rail_slopes(setting: Setting, *, plated: bool) -> Iterator[Mark]:
+    """The angle by which a slide on the ground is tilted, unless a plate is, or gravity is."""
     mechanism = setting.mechanism
     letters = {p.symbol for p in mechanism.parameters if p.unit == "rad"}
-    used = frozenset().union(*map(symbols_in, mechanism.gravity)) & letters
     for joint in mechanism.joints:
+        tilts = mechanism.gravity + (() if plated else joint.origin.rpy)
+        used = frozenset().union(*map(symbols_in, tilts)) & letters
         if len(used) != 1 or joint.parent != mechanism.ground or not isinstance(joint, Prismatic):
             continue
         along = downward(unit(setting.along(joint)))
