@@ -15,7 +15,7 @@ from mecanique.formats.mjcf import read_mjcf, write_mjcf
 from mecanique.formats.scope import (
     SCOPES,
     Form,
-    leave_tendons_out,
+    leave_out,
     list_balls,
     list_lengths,
     list_losses,
@@ -153,7 +153,7 @@ def convert(
     mechanism = weld_constants(mechanism, form)
     welded = sum(a is not b for a, b in zip(joints, mechanism.joints, strict=True))
     lost = list_losses(mechanism, form)
-    mechanism = leave_tendons_out(mechanism, form)
+    mechanism = leave_out(mechanism, form)
     text = _WRITERS[form](mechanism)
     try:
         result = _READERS[form](text)

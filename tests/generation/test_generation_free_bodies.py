@@ -143,3 +143,19 @@ def test_a_belt_has_its_preload_and_drives_the_drum() -> None:
     turned = (2.0 / (1.0 * 0.1**2 / 2 + drum / 9)) / 3
     assert (first + second) / 2 == pytest.approx(40.0, rel=1e-12)
     assert abs(first - second) == pytest.approx(drum * turned / 0.3, rel=1e-12)
+
+
+def test_a_slide_that_a_ball_leads_is_in_all_derivations_and_programs() -> None:
+    ball = mq.Spherical("ball", "ground", "hull")
+    a, *_, d = map(mq.coordinate, ball.coordinates)
+    led = mq.Mechanism(
+        "led",
+        (mq.Body("ground"), mq.Body("hull", SKEW), mq.Body("rotor")),
+        (ball, mq.Prismatic("turn", "ground", "rotor", armature=0.3)),
+        forces=(mq.JointSpring("coil", "turn", 3.0), mq.JointDamper("oil", "turn", 2.0)),
+        coordinates=mq.Coordinates((), {"turn": a * d}),
+    )
+    assert mq.verify(led, samples=2).agrees
+    program = mq.generate(mq.derive(led), "python", ("acceleration",), samples=2)
+    assert program.verdict is not None
+    assert max(program.verdict.worst.values()) < 1e-12

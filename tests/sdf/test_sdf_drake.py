@@ -309,11 +309,13 @@ def test_mass_bias_and_forces_are_drakes(name: str) -> None:
             assert np.abs(np.asarray(ours) - theirs).max(initial=0.0) <= 1e-12 * size
 
 
-def test_the_spring_of_a_screw_is_named_as_what_drake_leaves_out() -> None:
-    hinge = "\n" + joint("h", "a", "b")
-    text = model(TWO.replace("<axis>", "<axis>\n").replace("revolute", "screw") + hinge)
+def test_the_spring_of_a_screw_is_left_out_as_drake_does_and_told() -> None:
     spring = "<dynamics><spring_stiffness>5</spring_stiffness></dynamics></axis>"
-    whole = mq.read(text.replace("</axis>", spring).replace('"1.9"', '"1.10"'))
-    said = mq.verify(whole, samples=2, engines=["drake"]).readings[-1].remarks
-    lost = [line for line in said if "leaves out" in line]
-    assert lost == ["line 2: Drake leaves out <spring_stiffness> in screws"]
+    text = model(TWO.replace("revolute", "screw").replace("</axis>", spring))
+    whole = mq.read(text.replace('"1.9"', '"1.10"'))
+    assert not mq.verify(whole, samples=2, engines=["drake"]).readings[-1].differs
+    assert "without springs in screws, which Drake leaves out (1)" in whole.about
+    coil = mq.JointSpring("coil", "q", 5.0)
+    conversion = mq.convert(replace(whole, forces=(coil,)), "SDF", states=3)
+    assert conversion.lost == ("spring coil: engines of SDF read none in a screw",)
+    assert conversion.proved

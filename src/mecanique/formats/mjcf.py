@@ -86,6 +86,7 @@ from mecanique.model.joint_base import Limits, Single
 from mecanique.model.joints import Fixed, Floating, Joint, Prismatic, Revolute, Spherical
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement, pose_of
+from mecanique.model.quaternions import conjugate, from_matrices
 from mecanique.model.states import States
 from mecanique.urdf.dialect import UNBOUNDED
 from mecanique.urdf.markup import Element, Node, Tag, number, numbers, write_xml
@@ -103,6 +104,9 @@ _MOST_OPERATIONS = 2000
 
 _NO_MASS = 1e-15
 """MuJoCo's mjMINVAL."""
+
+_NO_TURN = 1e-15
+"""Sine of half a turn beside which none has a direction: θ / sin(θ/2) then is 2, as it should."""
 
 _ROUND = 1e-6
 """Relative difference of a mesh's moments, of vertices in single precision, that fixes no axis."""
@@ -280,6 +284,9 @@ class _Reader(Source):
         self._carried_along: dict[str, float] = {}
         self._drives_lift = False
         self._claimed: set[tuple[str, str]] = set()  # kinds and names of bodies and joints
+        self._aligned: set[str] = set()  # free bodies whose frames are those of their inertias
+        # stiffness of ball and free joints, and armature of those on bodies that turn
+        self._turning: dict[str, tuple[Element, Array, float]] = {}
         # time constant and damping ratio of springs, beside the powers that joints state
         self._timed: dict[str, tuple[Array, Array, Array]] = {}
 
@@ -296,6 +303,7 @@ class _Reader(Source):
         self._links.append(_Link(GROUND, no_mass(), [], np.eye(4), np.eye(4)))
         for world in root.all("worldbody"):
             self._fill(world, self._links[0], "main", np.eye(4), np.zeros(3))
+        self._spring_balls()
         self._pull_tendons(root)
         self._add_drives(root)
         return self._mechanism(root)
@@ -478,9 +486,8 @@ class _Reader(Source):
         sequence = texts.get("eulerseq", "xyz")
         if len(sequence) != 3 or not set(sequence) <= set("xyzXYZ"):
             raise texts.refuse(f"expected three of xyz or XYZ for eulerseq, got {sequence!r}")
-        given = texts.get("coordinate", "local"), texts.get("alignfree", "false")
-        if given != ("local", "false"):
-            raise self.refuse(element, "coordinate and alignfree of <compiler> are not read")
+        if texts.get("coordinate", "local") != "local":
+            raise self.refuse(element, "coordinate of <compiler> is not read")
         self._models[element.model].compiler = texts
 
     def _set_in(self, element: Element) -> Given:
@@ -647,8 +654,24 @@ class _Reader(Source):
             nothing = replace(no_mass(), center=place).move(shift)
             mass = sum_masses(parts) if parts else [nothing, *stated][-1]
             link.mass = self._limit(mass, self._set_in(element))
+        if link.name in self._aligned and not inside:
+            self._align(link)
         for child, name, frame in inside:
             self._body(child, link, name, frame)
+
+    def _align(self, link: _Link) -> None:
+        """Let the frame of a free body be that of its inertia, in which anchors then are, too."""
+        axes, place = link.mass.axes, np.eye(4)
+        place[:3, :3] = principal_axes(link.mass.inertia) if axes is None else axes
+        place[:3, 3] = link.mass.center
+        back = np.asarray(np.linalg.inv(place))
+        link.mass, link.home = link.mass.move(back), link.home @ place
+        for visual in link.visuals:
+            stands = placement_at(back @ pose_of(visual.placement))
+            link.visuals = [*link.visuals[1:], replace(visual, placement=stands)]
+        for name, (body, pose) in self._sites.items():
+            if body == link.name:
+                self._sites[name] = body, back @ pose
 
     def _body(self, element: Element, parent: _Link, inherited: str, frame: Array) -> None:
         texts = self._attributes(element, "body", {})
@@ -708,8 +731,6 @@ class _Reader(Source):
         self._claim(texts)
         form = "free" if kind == "freejoint" else texts.get("type", "hinge")
         name = self._names.free(texts.get("name") or f"{child}_{form}")
-        if texts.get("align", "auto") == "true":
-            raise self.refuse(element, "align=… of a free joint is not read")
         armature = texts.number("armature", 0.0)
         stiffness, damping = self._resistance(texts)
         timing = texts.numbers("springdamper", (0, 0))
@@ -720,22 +741,18 @@ class _Reader(Source):
         if texts.get("actuatorgravcomp") == "true":
             self._drives_lift = True
         if form in ("free", "ball"):
-            if all(timing > 0) or (form == "free" and any(stiffness)):
-                raise self.refuse(element, f"stiffness of a {form} joint is not read")
-            for what, powers in {"stiffness": stiffness, "damping": damping}.items():
-                if any(powers[1:]):
-                    message = f"a polynomial of {what} of a {form} joint is not read"
-                    raise self.refuse(element, message)
-            if any(stiffness):
-                self.omitted["energies of springs in ball joints, whose torques do work"] += 1
+            if all(timing > 0):
+                raise self.refuse(element, f"springdamper of a {form} joint is not read")
             turns = any(not isinstance(way, Fixed | Prismatic) for way in self._way_to(parent))
-            if armature and form == "ball" and turns:
-                message = "armature of a ball joint on a body that turns is not read"
-                raise self.refuse(element, message)
-            self._rotors[child] = armature
+            self._turning[name] = element, stiffness, armature if turns else 0.0
+            self._rotors[child] = 0.0 if turns else armature
             self._carried_along[child] = armature if form == "free" else 0.0
             if form == "free" and parent != GROUND:
                 raise self.refuse(element, "a free joint expects a body of the world")
+            align = texts.get("align", "auto")
+            align = self._set_in(element).get("alignfree", "false") if align == "auto" else align
+            if form == "free" and align == "true":
+                self._aligned.add(child)
         at = np.eye(4)
         at[:3, 3] = (frame @ [*texts.numbers("pos", (0, 0, 0)), 1.0])[:3]
         if form in ("free", "ball"):
@@ -743,7 +760,7 @@ class _Reader(Source):
             ball = Spherical(name, parent, child, origin=placement_at(pose @ at))
             joint = Floating(name, parent, child) if form == "free" else ball
             self.joints.append(joint)
-            self.forces += resist_rates(joint, float(damping[0]), float(stiffness[0]))
+            self.forces += resist_rates(joint, damping.tolist())
             return np.asarray(np.linalg.inv(at))
         if form not in ("hinge", "slide"):
             message = f"expected a joint of type hinge, slide, ball or free, got {form!r}"
@@ -788,7 +805,9 @@ class _Reader(Source):
         from mecanique.derivation.numeric.recursion import Recursion
 
         laws = {name: self.laws[name][1] for name in self._lengths}
+        forces, self.forces = self.forces, []  # the inertia depends on none
         tree = self.assemble("tree", bodies, (), laws)
+        self.forces = forces
         letters = {k.name: k.coordinates[0] for k in tree.joints if k.name in self._references}
         at = {letter: self._references[name] for name, letter in letters.items()}
         (M,) = Recursion(tree).mass_matrix(States.of(tree, at))
@@ -1070,6 +1089,46 @@ class _Reader(Source):
 
     # what is left
 
+    def _spring_balls(self) -> None:
+        """Add springs and rotors of ball and free joints: by joints that follow their quaternions.
+
+        A spring resists the angle from home, by the shorter way; |ω|² is 4 |p'|² of a quaternion p.
+        """
+        from sympy import Abs, atan, sqrt
+
+        from mecanique.derivation.tree.poses import quaternion_product
+
+        for joint in [joint for joint in self.joints if joint.name in self._turning]:
+            element, stiffness, armature = self._turning[joint.name]
+            for name in joint.quaternion if armature else ():
+                self._trail(element, f"{name}_rotor", coordinate(name), 4 * armature)
+            if not any(stiffness):
+                continue
+            home = self._home_of(joint)
+            if isinstance(joint, Floating):
+                way = sqrt(((np.array(position()) - home[:3]) ** 2).sum())
+                V = sum(k * way ** (n + 2) / (n + 2) for n, k in enumerate(stiffness.tolist()) if k)
+                self.forces.append(PotentialField(f"{joint.name}_pull", joint.child, (0.0,) * 3, V))
+            p = [coordinate(name) for name in joint.quaternion]
+            *sines, cosine = quaternion_product(conjugate(home[-4:]).tolist(), p)
+            sine = sqrt(sum(part**2 for part in sines) + _NO_TURN**2)
+            angle = self._trail(element, f"{joint.name}_angle", 2 * atan(sine / Abs(cosine)))
+            self.resist(joint.name, angle, stiffness, np.zeros(2), np.zeros(3))
+
+    def _home_of(self, joint: Joint) -> Array:
+        """The coordinates of a ball or free joint where the text shows its body."""
+        homes = {link.name: link.home for link in self._links}
+        home = homes[joint.child] if isinstance(joint, Floating) else np.eye(4)
+        return np.array([*home[:3, 3], *from_matrices(home[:3, :3])])[-joint.nq :]
+
+    def _trail(self, element: Element, name: str, law: Scalar, armature: float = 0.0) -> str:
+        """Add a joint that moves nothing and follows a law; return its name."""
+        name = self._names.free(name)
+        self._lengths[name] = self._bodies.free(name)
+        self.joints.append(Prismatic(name, GROUND, self._lengths[name], armature=armature))
+        self.follow(element, name, law)
+        return name
+
     def _pull_tendons(self, root: Element) -> None:
         """Read the tendons, and the springs and dampers along them."""
         names = Names()
@@ -1157,7 +1216,11 @@ class _Reader(Source):
     def _rest_length(self, tendon: _Tendon) -> float:
         """The length of a tendon where the springs in joints are at rest."""
         if tendon.spans and self._rests != self._references:
-            return float(evaluate(self._length(tendon), self._rests))
+            rests = dict(self._rests)
+            for joint in self.joints:
+                if joint.quaternion:
+                    rests |= zip(joint.coordinates, self._home_of(joint).tolist(), strict=True)
+            return float(evaluate(self._length(tendon), rests))
         homes = {link.name: link.home for link in self._links}
         length = float(tendon.along(self._rests))
         for (a, at_a), (b, at_b), share in tendon.spans:
@@ -1174,9 +1237,6 @@ class _Reader(Source):
         return way
 
     def _pose_in_letters(self, element: Element, joint: Joint) -> Array:
-        if not isinstance(joint, Fixed | Revolute | Prismatic):
-            message = f"a tendon over joint {joint.name!r}, which is no hinge or slide, is not read"
-            raise self.refuse(element, message)
         return np.asarray(pose_of(joint.origin) @ _motion_of(joint, {})[0])
 
     def _load(self, tendon: _Tendon, armature: float) -> None:
@@ -1184,11 +1244,8 @@ class _Reader(Source):
         if not tendon.joint and len(tendon.factors) == 1:
             ((tendon.joint, tendon.factor),) = tendon.factors.items()
         elif not tendon.joint:
-            tendon.joint = self._names.free(f"{tendon.name}{LENGTH}")
-            body = self._bodies.free(tendon.joint)
-            self._lengths[tendon.joint] = body
-            self.joints.append(Prismatic(tendon.joint, GROUND, body))
-            self.follow(tendon.element, tendon.joint, self._length(tendon))
+            law = self._length(tendon)
+            tendon.joint = self._trail(tendon.element, f"{tendon.name}{LENGTH}", law)
         self._add_armature(tendon.joint, tendon.factor**2 * armature)
 
     def _add_armature(self, name: str, armature: float) -> None:
@@ -1408,7 +1465,9 @@ def _motion_of(joint: Joint, follows: Mapping[str, Scalar]) -> tuple[Array, Arra
         case Spherical() | Floating():
             x, y, z, w = (coordinate(name) for name in joint.quaternion)
             pose[:3, :3], spin = turn_of_unit(w, x, y, z), rates[-3:]
-            linear = rates[:3] if isinstance(joint, Floating) else linear
+            if isinstance(joint, Floating):
+                pose[:3, 3] = [coordinate(name) for name in joint.linear_coordinates]
+                linear = rates[:3]
     return pose, linear, spin
 
 

@@ -111,7 +111,7 @@ def list_losses(mechanism: Mechanism, form: Form) -> tuple[str, ...]:
 
 def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
     form = scope.form
-    lengths, stated = list_lengths(mechanism), leave_tendons_out(mechanism, form)
+    lengths, stated = list_lengths(mechanism), leave_out(mechanism, form)
     for force in stated.forces:
         if not isinstance(force, scope.forces):
             share = lifted_share(mechanism, force)
@@ -121,6 +121,8 @@ def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
             if mechanism.evaluate(force.free_length) > 0:
                 continue
             yield f"spring {force.name}: its free length is zero, and Drake's tag wants more"
+    for name in list_screw_springs(mechanism, form):
+        yield f"spring {name}: engines of SDF read none in a screw"
     poses = mechanism.home_poses
     for loop in mechanism.loops:
         if scope.loops is not None and loop.kind not in scope.loops:
@@ -130,7 +132,8 @@ def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
     steps = axial_steps(mechanism)
     kept = list_lengths(stated)
     for name in (name for name in lengths if name not in kept):
-        yield f"tendon {name.removesuffix(LENGTH)}: {form} states none of its kind"
+        what = "tendon" if name.endswith(LENGTH) else "spring or rotor of a ball"
+        yield f"{what} {name.removesuffix(LENGTH)}: {form} states none of its kind"
     for name, law in mechanism.coordinates.driven.items():
         if name in lengths:
             continue
@@ -236,19 +239,28 @@ def list_lengths(mechanism: Mechanism) -> dict[str, Prismatic]:
     }
 
 
-def leave_tendons_out(mechanism: Mechanism, form: Form) -> Mechanism:
-    """Return a mechanism without the tendons that a format does not state."""
+def leave_out(mechanism: Mechanism, form: Form) -> Mechanism:
+    """Return a mechanism without the tendons, and springs of screws, that a format lacks."""
     lengths, m = list_lengths(mechanism), mechanism
     left = [n for n in lengths if form != "MJCF" or tendon_factors(mechanism, n) is None]
-    children = {lengths[n].child for n in left}
+    children, coils = {lengths[n].child for n in left}, list_screw_springs(m, form)
     laws = tuple((name, law) for name, law in m.coordinates.driven.items() if name not in left)
     return replace(
         m,
         bodies=tuple(body for body in m.bodies if body.name not in children),
         joints=tuple(joint for joint in m.joints if joint.name not in left),
-        forces=tuple(force for force in m.forces if getattr(force, "joint", "") not in left),
+        forces=tuple(
+            f for f in m.forces if getattr(f, "joint", "") not in left and f.name not in coils
+        ),
         coordinates=replace(m.coordinates, map=laws),
     )
+
+
+def list_screw_springs(mechanism: Mechanism, form: Form) -> list[str]:
+    """Return the names of springs in screws, of which Drake reads none in SDF."""
+    screws = {j.name for j in mechanism.joints if hasattr(j, "pitch") and form == "SDF"}
+    springs = (f for f in mechanism.forces if isinstance(f, JointSpring))
+    return [spring.name for spring in springs if spring.joint in screws]
 
 
 def weld_constants(mechanism: Mechanism, form: Form) -> Mechanism:

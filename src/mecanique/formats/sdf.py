@@ -709,7 +709,7 @@ class _Reader(Source):
                 raise self.refuse(stated, f"spring_stiffness of a {kind} joint is not read")
         # Drake takes the damping of the first axis for all
         damping = self._number_in(axis.child("dynamics") if axis else None, "damping", 0.0)
-        self.forces += resist_rates(self.joints[-1], damping)
+        self.forces += resist_rates(self.joints[-1], [damping])
 
     def _single(self, joint: _Joint, kind: str, axis: Element | None, place: Placement) -> None:
         """Add a joint with one coordinate, its spring, its damper and what it follows."""
@@ -748,6 +748,9 @@ class _Reader(Source):
             self._number_in(dynamics, tag, 0.0)
             for tag in ("spring_stiffness", "damping", "spring_reference")
         )
+        if kind == "screw" and stiffness:
+            self.omitted["springs in screws, which Drake leaves out"] += 1
+            stiffness = 0.0
         linear = np.array([1.0, 0.0, 0.0])
         self.resist(name, name, stiffness * linear, np.full(2, rest), damping * linear)
         if self._number_in(dynamics, "friction", 0.0):
@@ -770,8 +773,8 @@ class _Reader(Source):
 
     def _pitch(self, element: Element) -> float:
         """Advance per radian; `thread_pitch` is the old form, in rad/m and left-handed."""
-        travel = element.child("screw_thread_pitch")
-        if travel is not None:
+        tags = {child.tag for child in element.children}
+        if "screw_thread_pitch" in tags or "thread_pitch" not in tags:
             return self._number_in(element, "screw_thread_pitch", 1.0) / (2 * math.pi)
         old = self._number_in(element, "thread_pitch", 1.0)
         if not old:

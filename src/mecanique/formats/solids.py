@@ -37,6 +37,9 @@ _LEFT = 1e-7
 _ROUNDING = 1e-14
 """The largest product of inertia, by the largest entry, that counts as none."""
 
+_APART = 1e-12
+"""Between moments of inertia that differ, MuJoCo's mjEPS of eigenvalues."""
+
 _SKIN = 1e-6
 """How far MuJoCo blows up an ellipsoid to find its shell's inertia [m]."""
 
@@ -115,7 +118,8 @@ def mesh_of(corners: Corners, rule: Rule) -> Mass:
 def principal_axes(inertia: Array, least: float = _ROUNDING) -> Array:
     """Return principal axes of a tensor by Jacobi's iteration from its own axes, as MuJoCo does.
 
-    It ends where no product of inertia exceeds a least part of the tensor's largest entry.
+    It ends where no product of inertia exceeds a least part of the tensor's largest entry; the
+    largest moment comes first.
     """
     axes, least = np.eye(3), least * float(np.abs(inertia).max())
     for _ in range(500):
@@ -130,6 +134,11 @@ def principal_axes(inertia: Array, least: float = _ROUNDING) -> Array:
         step[r, r] = step[c, c] = cosine
         step[r, c], step[c, r] = tangent * cosine, -tangent * cosine
         axes = axes @ step
+    moments = np.diagonal(axes.T @ inertia @ axes).copy()
+    for k in (0, 1, 0):
+        if moments[k] + _APART < moments[k + 1]:
+            moments[[k, k + 1]] = moments[[k + 1, k]]
+            axes[:, [k, k + 1]] = axes[:, [k + 1, k]] * [1.0, -1.0]
     return axes
 
 

@@ -299,14 +299,10 @@ def placement_at(pose: Array) -> Placement:
     return Placement((x, y, z), rpy_of(pose[:3, :3]))
 
 
-_NO_TURN = 1e-15
-"""Sine of half a turn beside which none has a direction: θ / sin(θ/2) then is 2, as it should."""
+def resist_rates(joint: Joint, damping: Sequence[float]) -> Iterator[Force | Torque]:
+    """Yield the resistance Σ cₙ |v|ⁿ v to each velocity v of a ball, universal or free joint.
 
-
-def resist_rates(joint: Joint, damping: float, stiffness: float = 0.0) -> Iterator[Force | Torque]:
-    """Yield the resistance to each velocity of a ball, universal or free joint, on both bodies.
-
-    A stiffness of a ball joint resists the rotation vector, by the shorter way.
+    It acts on both bodies. Velocities of a free joint's origin are those in the world's axes.
     """
     rates = np.array([coordinate(name) for name in joint.velocities[-3:]])
     axes, turn = joint.child, np.eye(3)
@@ -316,20 +312,21 @@ def resist_rates(joint: Joint, damping: float, stiffness: float = 0.0) -> Iterat
         first = coordinate(joint.coordinates[0])
         axes, turn = joint.parent, pose_of(joint.origin)[:3, :3]
         rates = np.array([rates[0], rates[1] * cos(first), rates[1] * sin(first)])
-    pulls = {"damper": -damping * turn @ rates} if damping else {}
-    if stiffness:
-        from sympy import atan, sqrt
 
-        *sines, cosine = (coordinate(name) for name in joint.quaternion)
-        sine = sqrt(sum(s**2 for s in sines) + _NO_TURN**2)
-        pulls["spring"] = -2 * stiffness * atan(sine / cosine) / sine * np.array(sines)
-    for word, (x, y, z) in pulls.items():
-        yield Torque(f"{joint.name}_{word}", joint.child, (x, y, z), axes=axes)
-        if joint.parent != GROUND:
-            name = f"{joint.name}_{word}_on_{joint.parent}"
-            yield Torque(name, joint.parent, (-x, -y, -z), axes=axes)
-    if damping and isinstance(joint, Floating):
-        fx, fy, fz = (-damping * coordinate(name) for name in joint.velocities[:3])
+    def resist(rates: Array) -> Array:
+        return -sum((c * abs(rates) ** n * rates for n, c in enumerate(damping)), 0 * rates)
+
+    if not any(damping):
+        return
+    x, y, z = turn @ resist(rates)
+    yield Torque(f"{joint.name}_damper", joint.child, (x, y, z), axes=axes)
+    if joint.parent != GROUND:
+        name = f"{joint.name}_damper_on_{joint.parent}"
+        yield Torque(name, joint.parent, (-x, -y, -z), axes=axes)
+    if isinstance(joint, Floating):
+        x, y, z, w = (coordinate(name) for name in joint.quaternion)
+        R = turn_of_unit(w, x, y, z) if any(damping[1:]) else np.eye(3)
+        fx, fy, fz = R.T @ resist(R @ [coordinate(name) for name in joint.velocities[:3]])
         yield Force(f"{joint.name}_drag", joint.child, (0.0, 0.0, 0.0), (fx, fy, fz), axes=axes)
 
 

@@ -457,13 +457,8 @@ def _traps(origin: Origin, engine: Engine) -> Iterator[str]:
                 yield f"line {finding.line}: {finding.sentence}"
         return
     root = parse(text, Report(None))
-    elements = [*root.walk()] if root is not None else []
-    screws = (element for element in elements if element.attributes.get("type") == "screw")
-    in_screws = {id(element) for screw in screws for element in screw.walk()}
-    for element in elements:
+    for element in root.walk() if root is not None else ():
         for tag, attribute, *where in _LEFT_OUT.get((origin.form, engine.title), ()):
-            if where == ["in screws"] and id(element) not in in_screws:
-                continue
             if element.tag == tag and (not attribute or attribute in element.attributes):
                 what = f"{attribute}=… of <{tag}>" if attribute else f"<{tag}>"
                 yield " ".join([f"line {element.line}: {engine.title} leaves out {what}", *where])
@@ -504,6 +499,6 @@ _LEFT_OUT: Mapping[tuple[str, str], Sequence[tuple[str, ...]]] = {
         ("position", "armature"),
         ("general", "armature"),
     ),
-    ("SDF", "Drake"): (("gravity", ""), ("spring_stiffness", "", "in screws")),
+    ("SDF", "Drake"): (("gravity", ""),),
 }
 """What engines read of a format without effect (pin 4.1.0, drake 1.51.1, mujoco 4.0.0)."""

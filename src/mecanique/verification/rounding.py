@@ -368,12 +368,19 @@ def _drive(states: States) -> dict[str, _Driven]:
     coordinates = mechanism.coordinates
     used = set[str]().union(*map(symbols_in, coordinates.driven.values()))
     # along a motion at rest, ∂/∂t; along one with v = q in one coordinate, q ∂/∂q as well
+    sizes = {f"{name}'": states.q[:, k] for k, name in enumerate(coordinates) if name in used}
+    for joint in mechanism.joints:
+        if joint.quaternion and used & {*joint.coordinates}:
+            place = [coordinates.index(name) for name in joint.linear_coordinates]
+            sizes |= dict.fromkeys(
+                joint.linear_velocities, np.linalg.norm(states.q[:, place], axis=1)
+            )
+            sizes |= dict.fromkeys(joint.angular_velocities, np.ones(n))
     v = [np.zeros_like(states.v)]
-    for k, name in enumerate(coordinates):
-        if name in used:
-            along = np.zeros_like(states.v)
-            along[:, mechanism.velocities.index(f"{name}'")] = states.q[:, k]
-            v.append(along)
+    for k, name in enumerate(mechanism.velocities):
+        if name in sizes:
+            v.append(np.zeros_like(states.v))
+            v[-1][:, k] = sizes[name]
     many = states.at(np.tile(np.arange(n), len(v)))
     driven = {}
     for name, c in driven_paths(replace(many, v=np.concatenate(v))).items():

@@ -100,12 +100,12 @@ class Letters:
         (slope,) = push_forward(self.tape, values_of([scalar]), {letter.place: 1.0})
         return trace(self.tape, slope)
 
-    def slopes(self, scalar: Any) -> list[Any]:
-        """Return the derivatives of a scalar's rate by each velocity; zero by those of turns."""
+    def slopes(self, scalar: Any, rate: Any) -> list[Any]:
+        """Return the derivatives of a scalar's rate by each velocity."""
         plain = {f"{name}'": q for name, q in zip(self.mechanism.coordinates, self.q, strict=True)}
         return [
-            self.differentiate(scalar, plain[name]) if name in plain else 0.0
-            for name in self.mechanism.velocities
+            self.differentiate(*((scalar, plain[name]) if name in plain else (rate, v)))
+            for name, v in zip(self.mechanism.velocities, self.v, strict=True)
         ]
 
     @cached_property
@@ -152,7 +152,7 @@ class Letters:
             r = self.arithmetic(scalar, self.values)
             (rate,) = self.along([r])
             (second,) = self.along([rate])
-            paths[name] = DrivenPath(r, rate, second, self.slopes(r))
+            paths[name] = DrivenPath(r, rate, second, self.slopes(r, rate))
         return paths
 
     def along(self, scalars: Sequence[Any], known: Mapping[int, Value] | None = None) -> list[Any]:

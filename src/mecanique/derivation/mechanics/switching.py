@@ -263,7 +263,8 @@ def joint_terms(mechanism: Mechanism, letters: Letters) -> Terms:
     rows = [row for element in mechanism.switching for row in element.joint_rows]
     places = [letters.number(place_of(mechanism, row), letters.values) for row in rows]
     speeds = [letters.number(row.speed, letters.values) for row in rows]
-    rates = [way - speed for way, speed in zip(letters.along(places), speeds, strict=True)]
+    ways = letters.along(places)
+    rates = [way - speed for way, speed in zip(ways, speeds, strict=True)]
     by_time = [letters.differentiate(place, letters.t) for place in places]
     coefficients = as_scalars(
         letters.number(scalar, letters.values)
@@ -274,7 +275,7 @@ def joint_terms(mechanism: Mechanism, letters: Letters) -> Terms:
     return Terms(
         mass=as_scalars([]),
         load=as_scalars([]),
-        jacobian=as_scalars(map(letters.slopes, places)).reshape(-1, mechanism.nv),
+        jacobian=as_scalars(map(letters.slopes, places, ways)).reshape(-1, mechanism.nv),
         gamma=as_scalars(letters.along(rates)),
         gaps=as_scalars(
             0.0 if row.offset is None else place for row, place in zip(rows, places, strict=True)

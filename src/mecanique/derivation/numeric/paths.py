@@ -12,9 +12,17 @@ from mecanique.derivation.mechanics.elements import Ground, ground_of
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tree.links import Link
-from mecanique.derivation.tree.poses import IDENTITY, Arithmetic, Matrix, joint_values
+from mecanique.derivation.tree.poses import (
+    IDENTITY,
+    Arithmetic,
+    Matrix,
+    joint_values,
+    quaternion_product,
+    quaternion_rotation,
+)
 from mecanique.errors import DerivationError
 from mecanique.model.expression import evaluate, symbols_in
+from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
@@ -40,19 +48,51 @@ def driven_paths(states: States) -> dict[str, np.ndarray]:
 
 
 def coordinate_paths(states: States, a: np.ndarray | None = None) -> dict[str, Any]:
-    """Return the value of every parameter, the jet of t and that of every plain coordinate."""
+    """Return the value of every parameter, and the jets of t and of every coordinate."""
     # Shapes: a (n, nv)
     mechanism = states.mechanism
-    quasi = {name for joint in mechanism.joints if joint.quaternion for name in joint.coordinates}
     values: dict[str, Any] = dict(mechanism.values)
+    for joint in mechanism.joints:
+        if joint.quaternion:
+            values |= _turning_paths(states, joint, a)
     place = {name: k for k, name in enumerate(mechanism.velocities)}
     for q, name in zip(states.q.T, mechanism.coordinates, strict=True):
-        if name in quasi:
-            continue
-        k = place[f"{name}'"]
-        values[name] = _jet(states, q, states.v[:, k], 0.0 if a is None else a[:, k], k)
+        if name not in values:
+            k = place[f"{name}'"]
+            values[name] = _jet(states, q, states.v[:, k], 0.0 if a is None else a[:, k], k)
     values["t"] = _jet(states, states.t, 1.0, 0.0, None)
     return values
+
+
+def _turning_paths(states: States, joint: Joint, a: np.ndarray | None) -> dict[str, Jet]:
+    """Return the jets of a quaternion p, p' = ½ p ω, and of the place x beside it, x' = R v."""
+    mechanism = states.mechanism
+    at = [mechanism.velocities.index(name) for name in joint.velocities]
+    v = states.v[:, at].T
+    vd = np.zeros_like(v) if a is None else a[:, at].T
+    q = {name: states.q[:, mechanism.coordinates.index(name)] for name in joint.coordinates}
+
+    def turn(p: Any, spin: Any) -> np.ndarray:
+        return np.array(quaternion_product(p, spin)) / 2
+
+    p = [np.array([q[name] for name in joint.quaternion])]
+    p.append(turn(p[0], v[-3:]))
+    p.append((turn(p[1], v[-3:]) + turn(p[0], vd[-3:])) / 2)
+    c = np.zeros((joint.nq, 3, 1 + mechanism.nv, len(states)))
+    for order, part in enumerate(p):
+        c[-4:, order, 0] = part
+        for k, axis in zip(at[-3:], np.eye(3), strict=True):
+            c[-4:, order, 1 + k] = turn(part, axis)
+    if joint.linear_coordinates:
+        rows = quaternion_rotation(*map(Jet, c[-4:]))
+        entries = [entry.c[:, 0] for row in rows for entry in row]
+        R = np.reshape(entries, (3, 3, 3, len(states)))  # the third axis is that of orders
+        c[:3, 0, 0] = [q[name] for name in joint.linear_coordinates]
+        c[:3, 1, 0] = np.einsum("ijn,jn->in", R[:, :, 0], v[:3])
+        c[:3, 2, 0] = np.einsum("ijn,jn->in", R[:, :, 1], v[:3]) / 2
+        c[:3, 2, 0] += np.einsum("ijn,jn->in", R[:, :, 0], vd[:3]) / 2
+        c[:3, :, [1 + k for k in at[:3]]] = R.transpose(0, 2, 1, 3)
+    return dict(zip(joint.coordinates, map(Jet, c), strict=True))
 
 
 def stack_jets(rows: Sequence[Sequence[Any]], shape: tuple[int, ...]) -> Jet:
@@ -119,15 +159,9 @@ def delay(x: Jet) -> Jet:
 def _paths(states: States, a: np.ndarray | None) -> dict[str, Any]:
     """Return the value or jet of every symbol that the coordinate map may contain."""
     mechanism, values = states.mechanism, coordinate_paths(states, a)
-    quasi = {name for joint in mechanism.joints if joint.quaternion for name in joint.coordinates}
     used = {
         symbol: name for name, s in mechanism.coordinates.driven.items() for symbol in symbols_in(s)
     }
-    for symbol in sorted(used.keys() & quasi):
-        raise DerivationError(
-            f"the map of coordinate {used[symbol]!r} depends on {symbol!r}, a coordinate of "
-            "a joint with a quaternion; drive it by coordinates of other joints"
-        )
     for signal in mechanism.inputs:
         if signal.symbol in used:
             if callable(signal.signal):
