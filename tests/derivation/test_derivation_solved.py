@@ -329,7 +329,7 @@ def test_cyclic_coordinates_end_in_an_effective_potential(name: str, method: str
     reduced = mq.routh(mq.textbook.load(name))
     text = derive_system(name, method).text(steps=True)
     result = read_result(text)
-    if name != "gyroscope":  # where a letter stands for a sum
+    if name == "kepler_orbit":  # in others letters stand for inertias
         assert result.endswith(f"\n     {reduced.equations[0]}")
     (*_, energy, _) = result.splitlines()
     assert energy.startswith("     E = ")
@@ -338,26 +338,50 @@ def test_cyclic_coordinates_end_in_an_effective_potential(name: str, method: str
         assert 1 in {part.count(f"     {momentum} = ") for part in (text, result)}
 
 
-def test_a_long_constant_inertia_is_called_by_a_letter() -> None:
-    """Goldstein, sect. 5-7, calls it I_1; with its sum in its place all is as without it."""
-    system = mq.textbook.load("gyroscope")
-    text = derive_system("gyroscope").text(steps=True)
-    shown = read_result(text).splitlines()
-    lines = [line.strip() for line in shown if line.startswith("     ")]
+@pytest.mark.parametrize("method", ["lagrange", "newton_euler"])
+@pytest.mark.parametrize(
+    ("name", "inertias"),
+    [
+        ("heavy_top", ["J_psi = 3 m r^2/10", "J_theta = 3 m (r^2 + 4 h^2)/20"]),
+        (
+            "gyroscope",
+            [
+                "J_psi = m r^2/2",
+                "J_theta = m2 r2^2/2 + w d^2 + m r^2/4",
+                "J_phi = (m1 r1^2 + m2 r2^2)/2",
+            ],
+        ),
+    ],
+)
+def test_inertias_of_a_top_are_called_by_letters(
+    name: str, inertias: list[str], method: str
+) -> None:
+    """Goldstein, sect. 5-7, calls them I_1 and I_3; with them all is as without."""
+    equations = derive_system(name, method)
+    text = equations.text(steps=True)
+    lines = [line.strip() for line in read_result(text).splitlines() if line.startswith("     ")]
+    assert lines[: len(inertias)] == inertias
     random = np.random.default_rng(4)
     letters = {letter for line in lines for letter in re.findall(r"[^\W\d]\w*'*", line)}
     values = {letter: random.uniform(0.5, 1.5) for letter in sorted(letters)}
-    assert lines[0] == "J_theta = m r^2/4 + m2 r2^2/2 + w d^2"
-    assert "J_theta is the inertia referred to theta." in text
-    values["J_theta"] = value_of_text(lines[0].partition(" = ")[2], values)
-    written_out = mq.routh(system)
-    whole = residual(str(written_out.equations[0]), values)
+    values |= {letter: random.uniform(0.5, 1.5) for letter in ("m", "m2", "r", "r2")}
+    for line in lines[: len(inertias) + 3]:  # and the accelerations
+        left, _, right = line.partition(" = ")
+        values[left] = value_of_text(right, values)
+    for equation in equations.equations:
+        assert residual(str(equation), values) == pytest.approx(0.0, abs=1e-12)
+    whole = residual(str(mq.routh(mq.textbook.load(name)).equations[0]), values)
     assert residual(lines[-1], values) == pytest.approx(whole, rel=1e-12)
-    assert "m2 r2^2 + 4 w d^2) sin(theta)^2)" not in lines[-1]
-    # the quadratic equation of the steady precession is divided by the number of all terms
-    assert "     J_theta cos(theta) phi'^2 - p_psi phi' + w g d = 0" in text
-    # a sum of masses is no longer than its letter
-    assert "J_" not in derive_system("atwood_machine", "newton_euler").text(steps=True)
+    assert "E = J_theta theta'^2/2 + V_eff" in lines
+    assert "J_theta theta''" in lines[-1]
+    # in the quadratic equation of the steady precession, too
+    assert "J_theta cos(theta) phi'^2 - " in text
+
+
+@pytest.mark.parametrize("name", ["atwood_machine", "furuta_pendulum", "spherical_pendulum"])
+def test_short_inertias_and_those_that_are_not_all_are_written_out(name: str) -> None:
+    """A sum of masses is no longer than its letter, nor is that of a particle."""
+    assert "J_" not in derive_system(name).text(steps=True)
 
 
 def test_the_effective_potential_and_the_rest_are_the_energy() -> None:

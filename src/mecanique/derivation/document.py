@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
-from mecanique.derivation.abbreviations import abbreviate
 from mecanique.derivation.glossary import Meaning, clashes, meanings
 from mecanique.derivation.linear import Linear, linear
 from mecanique.derivation.printing.equations import equations, expression
@@ -137,7 +136,7 @@ class Document:
         if self.ending.lines:
             return (self.ending,)
         special = special_motions_of(self.derivation) if self.special else ()
-        return abbreviate(self.derivation, (result_of(self.derivation), *special))
+        return (result_of(self.derivation), *special)
 
     @property
     def _eliminated(self) -> Ending:

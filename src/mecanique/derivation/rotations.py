@@ -72,7 +72,7 @@ _HIGHEST = 12
 
 def rotations_of(mechanism: Mechanism) -> list[Ending]:
     """Return steady rotations, orbits and precessions of a mechanism with one other coordinate."""
-    lagrange = Lagrange(mechanism)
+    lagrange = Lagrange(mechanism, named=True)
     routh = reduce_by_momenta(lagrange)
     titles = [stage.title for stage in routh.derivation.stages]
     if len(routh.parts) != 1 or ENERGY_INTEGRAL not in titles:

@@ -44,6 +44,7 @@ from mecanique.derivation.symbolic.multipliers import (
     multiplier_stages,
     redundancy_stages,
 )
+from mecanique.derivation.symbolic.named_inertias import name_inertias
 from mecanique.derivation.symbolic.symbols import Algebra, coordinate_of
 from mecanique.derivation.symbolic.vectors import Vector, along, cross
 from mecanique.derivation.tree.poses import combination
@@ -320,7 +321,9 @@ def coordinate_stages(
 class Lagrange:
     """Energies, dissipation and virtual work as series, and Lagrange's operator on them."""
 
-    def __init__(self, mechanism: Mechanism, algebra: Algebra | None = None) -> None:
+    def __init__(
+        self, mechanism: Mechanism, algebra: Algebra | None = None, *, named: bool = False
+    ) -> None:
         self.algebra = algebra = algebra or Algebra(mechanism)
         self.kinematics = Kinematics(algebra)
         self._bonds = bonds_of(self.kinematics)
@@ -331,7 +334,11 @@ class Lagrange:
         works = [work for force in mechanism.forces for work in works_of(self.kinematics, force)]
         self.works = [find_potential(algebra, work) for work in works]
         self.kinetic = [*self._bodies(), *self._rotors()]
-        self.T = tidy(algebra.ring.sum([series for _, series in self.kinetic]))
+        T = tidy(algebra.ring.sum([series for _, series in self.kinetic]))
+        slopes = [T.diff(v) for v in algebra.velocities] if named else []
+        M = tuple(tuple(tidy(slope.diff(v)) for v in algebra.velocities) for slope in slopes)
+        self._inertias = name_inertias(algebra, M)
+        self.T = self._inertias(T)
         self.gravity = tidy(algebra.ring.sum(self._weights()))
         self.V = tidy(self.gravity + self._sum("potential"))
         # what algebra found of loads: their work counts as that of loads wherever it is measured
@@ -413,7 +420,8 @@ class Lagrange:
             squares = self._list_squares(name) if name in self.kinematics.place else ()
             whole = self.algebra.ring.sum([factor * w * w / 2 for factor, w in squares])
             if T:
-                named[name] = squares if (T - whole).vanishes() else ()
+                moments = tuple((self._inertias(moment), w) for moment, w in squares)
+                named[name] = moments if (T - whole).vanishes() else ()
         return named
 
     def _list_squares(self, body: str) -> Squares:

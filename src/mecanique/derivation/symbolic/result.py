@@ -20,6 +20,7 @@ from mecanique.derivation.symbolic.derivation import (
 )
 from mecanique.derivation.symbolic.lagrange import ENERGY_INTEGRAL, Lagrange
 from mecanique.derivation.symbolic.multipliers import Quotient, say_where
+from mecanique.derivation.symbolic.named_inertias import name_inertias
 from mecanique.derivation.symbolic.reduced import reduce_by_momenta, reduce_to_one
 from mecanique.derivation.symbolic.solution import EliminatedSolution, solve
 from mecanique.derivation.symbolic.symbols import coordinate_of
@@ -54,7 +55,8 @@ def result_of(derivation: Derivation) -> Ending:
     # the equations that loops or cyclic coordinates leave
     if derivation.written is not None:
         return NO_ENDING
-    reduced = _reduce(derivation)
+    reduced, inertias = _reduce(derivation), name_inertias(derivation.algebra, derivation.M)
+    derivation = inertias.rewrite(derivation)
     said, told, lines, last = list[str](), list[str](), list[Printed](), list[Printed]()
     sections = [*reduced.sections[:-1]]
     with suppress(DerivationError):  # loops, and constraints without displacements everywhere
@@ -111,9 +113,12 @@ def result_of(derivation: Derivation) -> Ending:
     momenta = {left for left in lefts_of(integrals) if left.component}
     new = [line for line in reduced.lines if momenta.isdisjoint(lefts_of([line]))]
     integrals = [line for line in integrals if {*lefts_of([line])}.isdisjoint(lefts_of(new))]
-    sections.append(Ending(" ".join(told), (*last, *closing.lines)))
-    whole = (*lines, *integrals, *new)
-    return Ending(" ".join(said), whole, reduced.unknowns, sections=tuple(sections))
+    named = [inertias.sentence] if inertias.sentence else []
+    last = [*inertias.definitions, *last, *closing.lines]
+    sections.append(Ending(" ".join([*named, *told]), tuple(last)))
+    whole = (*inertias.definitions, *lines, *integrals, *new)
+    unknowns = {**inertias.unknowns, **reduced.unknowns}
+    return Ending(" ".join([*named, *said]), whole, unknowns, sections=tuple(sections))
 
 
 def _list_accelerations(solved: EliminatedSolution) -> Iterator[Equation]:
@@ -158,7 +163,7 @@ def _reduce(derivation: Derivation) -> Ending:
     """Return the equations that loops or cyclic coordinates leave; of long ones, where they are."""
     mechanism = derivation.algebra.mechanism
     with suppress(DerivationError):
-        lagrange = Lagrange(mechanism)
+        lagrange = Lagrange(mechanism, named=True)
         of_work = any(name.startswith("δ") for name in derivation.unknowns)
         ending = (
             reduce_to_one(lagrange).end(of_work=of_work)
