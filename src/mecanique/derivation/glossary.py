@@ -24,7 +24,7 @@ from mecanique.derivation.symbolic.derivation import (
 )
 from mecanique.derivation.symbolic.kinematics import RELATIONS, follow
 from mecanique.derivation.tolerances import ALIGNED
-from mecanique.model.expression import symbols_in
+from mecanique.model.expression import Scalar, coordinate, plain, symbols_in
 from mecanique.model.joint_base import UNITS, Single
 from mecanique.model.joints import Joint, Planar, Universal
 from mecanique.model.mechanism import Mechanism
@@ -214,9 +214,8 @@ def explain_coordinates(mechanism: Mechanism) -> Iterator[Meaning]:
     for name in mechanism.coordinates:
         follow = [joint for joint, law in driven if name in symbols_in(law)]
         sets = f" that sets {enumerate_words(follow)}" if follow else ""
-        yield Meaning(
-            (name,), of_joint.get(name) or _add_unit(f"generalized coordinate{sets}", unit[name])
-        )
+        stated = of_joint.get(name) or _say_absolute(name, mechanism)
+        yield Meaning((name,), stated or _add_unit(f"generalized coordinate{sets}", unit[name]))
     for joint in mechanism.joints:
         if not joint.quaternion:
             continue
@@ -225,6 +224,22 @@ def explain_coordinates(mechanism: Mechanism) -> Iterator[Meaning]:
             what, of_unit = ("velocity", "m/s") if linear else ("angular velocity", "rad/s")
             of = f"the {what} of {_name_child(joint, mechanism)}, in its own axes [{of_unit}]"
             yield Meaning((velocity,), f"{velocity[-1]} component of {of}")
+
+
+def _say_absolute(name: str, mechanism: Mechanism) -> str:
+    """Say which body an angle is that of, as the sum of those of parallel hinges, "" if of none."""
+    turned = dict[str, tuple[Single, Scalar]]()
+    for joint in mechanism.tree:
+        if not (isinstance(joint, Single) and joint.turns) or any(map(plain, joint.origin.rpy)):
+            continue
+        first, angle = turned.get(joint.parent, (joint, 0.0))
+        if first.axis == joint.axis and (first is not joint or joint.parent == mechanism.ground):
+            (own,) = joint.coordinates
+            whole = plain(angle) + plain(mechanism.coordinates.driven.get(own, coordinate(own)))
+            turned[joint.child] = first, whole
+            if whole == coordinate(name):
+                return f"absolute angle of {joint.child}, about {_say_axis(first)} [rad]"
+    return ""
 
 
 def _explain_followers(derivation: Derivation) -> Iterator[Meaning]:

@@ -372,6 +372,9 @@ SMALL = 14.0
 RADIUS, LEAST_RADIUS, RADIUS_STEP = 46.0, 24.0, 16.0
 """Largest and smallest radius of the first arc about a point, and the step to the next [pt]."""
 
+ANGLE_AT_REST = 0.5
+"""Length of the arc of an angle that is zero in the figure [rad]."""
+
 SAME_PLACE = 6.0
 """Arcs about points closer than this are drawn outside one another [pt]."""
 
@@ -457,7 +460,7 @@ def _read(setting: Setting, k: int, name: str) -> _Angle | _Distance | None:
     turn = setting.poses[body, :3, :3] @ before[body, :3, :3].T
     size = math.acos(min(max((float(np.trace(turn)) - 1) / 2, -1.0), 1.0))
     if size > 1e-9 and abs(math.cos(size) - math.cos(value)) < 1e-6:
-        return _Angle(name, body, value, before, turn) if abs(setting.q[k]) > 1e-9 else None
+        return _Angle(name, body, value if abs(setting.q[k]) > 1e-9 else 0.0, before, turn)
     moved = _displace(setting, before, body, value)
     return None if moved is None else _Distance(name, body, value, *moved)
 
@@ -483,6 +486,8 @@ def _draw_angle(setting: Setting, angle: _Angle, level: int) -> Iterator[Mark]:
     axis = unit3(whole[:3])
     half_angle = math.atan2(float(np.linalg.norm(whole[:3])), float(whole[3]))
     middle = setting.poses[angle.body, :3, 3] + _rise(setting, angle, axis)
+    if not angle.value:  # the turn leads back from a small angle: its sense is the opposite one
+        half_angle = -ANGLE_AT_REST / 2
     arm = _arm(setting, angle, axis)
     long = float(np.linalg.norm(arm)) * camera.scale
     radius = min(RADIUS, max(0.55 * long, LEAST_RADIUS)) + level * RADIUS_STEP
@@ -494,7 +499,7 @@ def _draw_angle(setting: Setting, angle: _Angle, level: int) -> Iterator[Mark]:
     if not camera.flat:
         yield Stroke(camera.at(np.array([middle, middle + 1.2 * around[-1]])), "axis")
     # the arrow shows the positive sense, whichever way the body has turned
-    yield from arc(points if angle.value > 0 else points[::-1], "coordinate")
+    yield from arc(points if angle.value >= 0 else points[::-1], "coordinate")
     center, half = camera.at(middle), points[len(points) // 2]
     away = half - center if math.hypot(*(half - center)) > 6 else np.array([0.0, -1.0])
     yield label(half, angle.name, away, 5.0, "coordinate-letter")

@@ -8,10 +8,11 @@ written by single ones, and the form with the fewest symbols is chosen. All form
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import lru_cache
-from itertools import chain
+from itertools import chain, combinations
 from itertools import product as cartesian
 from typing import TypeAlias
 
@@ -40,7 +41,9 @@ def shortest(series: Series, *, products: bool) -> Form:
     kinds = frozenset[Kind]().union(*(angles[i].argument.kinds for i in series.turns()))
     products = products and bool(kinds - _TIMED or Kind.TIME not in kinds)
     forms = _list_forms(series, products)
-    first, *others = chain(forms, _list_single_angles(series)) if products else forms
+    if products:
+        forms = map(_fold_again, chain(forms, _list_single_angles(series)))
+    first, *others = forms
     return min(first, *others, key=_rank) if others else first
 
 
@@ -343,6 +346,28 @@ def _fold(key: int, other: int, P: Series, Q: Series) -> list[tuple[Trig, Series
         return [(sine, P + Q), (cosine, (P - Q) * flip)]
     cosines, sines = _trig((u, 0), (w, 0)), _trig((u, 1), (w, 1))
     return [(cosines, P + Q), (sines, (Q - P) * flip)]
+
+
+def _fold_again(form: Form) -> Form:
+    """Fold the sum of two products that differ in one sine or cosine, such as x cos a - x cos b."""
+    for (trig, P), (other, Q) in combinations(form.items(), 2):
+        if P not in (Q, -Q):
+            continue
+        mine, theirs = (Counter({(a, s): e for a, s, e in factors}) for factors in (trig, other))
+        shared = mine & theirs
+        keys = [[a << 1 | s for a, s in (own - shared).elements()] for own in (mine, theirs)]
+        if not shared or [*map(len, keys)] != [1, 1]:
+            continue
+        (key,), (partner,) = keys
+        if _foldable(key, partner, products=True):
+            terms = [
+                (sort_powers(shared + Counter({(a, s): e for a, s, e in factors})), part)
+                for factors, part in _fold(key, partner, P, Q)
+                if part
+            ]
+            rest = {trig_: part for trig_, part in form.items() if trig_ not in (trig, other)}
+            return _fold_again(_with(rest, terms))
+    return form
 
 
 def _trig(*factors: tuple[int, int]) -> Trig:

@@ -47,6 +47,9 @@ from mecanique.wording import enumerate_words
 Column: TypeAlias = "list[Series]"
 """A part for each velocity."""
 
+MULTIPLIERS = "Multipliers"
+"""Title of the step that gives them by the accelerations."""
+
 _LONGEST = 60
 """Balances and displacements with more terms are too long to be read."""
 
@@ -456,7 +459,7 @@ def multiplier_stages(
     )
     if say_where(solved.values()):
         sentence += " Where the factor before a multiplier is zero, its line does not give it."
-    return [Stage("Multipliers", sentence, tuple(results))]
+    return [Stage(MULTIPLIERS, sentence, tuple(results))]
 
 
 def _list_demands(ties: Sequence[Tie]) -> tuple[Result, ...]:

@@ -19,7 +19,7 @@ from mecanique.derivation.symbolic.derivation import (
     lefts_of,
 )
 from mecanique.derivation.symbolic.lagrange import ENERGY_INTEGRAL, Lagrange
-from mecanique.derivation.symbolic.multipliers import Quotient, say_where
+from mecanique.derivation.symbolic.multipliers import MULTIPLIERS, Quotient, say_where
 from mecanique.derivation.symbolic.named_inertias import name_inertias
 from mecanique.derivation.symbolic.reduced import reduce_by_momenta, reduce_to_one
 from mecanique.derivation.symbolic.solution import EliminatedSolution, solve
@@ -43,6 +43,7 @@ _ELIMINATED = (
     "free one: in such a displacement the forces of the constraints do no work, and cancel."
 )
 _TURNED = "Components of friction along and across the heading are shorter than those in the plane."
+_AS_ABOVE = "With the accelerations, the multipliers follow as listed above."
 _ELSEWHERE = (
     "Kinematic coefficients, the velocities per unit of one of them, reduce the equations to one "
     "without multipliers: reduce_loops writes it."
@@ -81,7 +82,8 @@ def result_of(derivation: Derivation) -> Ending:
                 lines += solved.equations
         if solved.accelerations:
             where = say_where(solved.accelerations.values())
-            said.append(f"The accelerations are explicit{where}.")
+            are = "accelerations are" if len(solved.accelerations) > 1 else "acceleration is"
+            said.append(f"The {are} explicit{where}.")
             told += [] if reduced.sections else said[-1:]
         if solved.forces:
             by = "" if solved.accelerations else " from the accelerations"
@@ -109,6 +111,8 @@ def result_of(derivation: Derivation) -> Ending:
     closing = (reduced, *reduced.sections)[-1]
     said += [reduced.sentence] if reduced.sentence else []
     told += [closing.sentence] if closing.sentence else []
+    listed = any(stage.title == MULTIPLIERS for stage in derivation.stages)
+    told += [_AS_ABOVE] if reduced.sections and listed and not last else []
     # of E the last statement stays, with V_eff
     momenta = {left for left in lefts_of(integrals) if left.component}
     new = [line for line in reduced.lines if momenta.isdisjoint(lefts_of([line]))]
