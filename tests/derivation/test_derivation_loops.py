@@ -368,6 +368,27 @@ def test_the_printed_multipliers_are_the_force_of_the_loop() -> None:
     assert f"  lambda_B_x, lambda_B_z\n    {said} [N]\n" in steps
     assert "∂V/∂q = Σ λ ∂Φ/∂q for every" in steps
     assert "     cos(theta + beta) lambda_B_z = sin(theta + beta) lambda_B_x\n" in steps
+    # the force is along the rod: in closed form its components differ by sine for cosine alone
+    *_, along, across, _ = (line.strip() for line in steps.splitlines())
+    along = along.replace("lambda_B_x", "lambda_B_z").replace(
+        ") cos(theta + beta)/", ") sin(theta + beta)/"
+    )
+    assert across == along
+    assert across.startswith("lambda_B_z = -m1 m2 (2 l (theta' + beta')^2 + 3 g sin(beta)")
+
+
+def test_the_axes_of_a_pin_in_the_vertical_plane_are_those_of_the_world() -> None:
+    frame = Loop.pin("p", "a", (1, 0, 0), "b", (0, 0, 1)).frame_a
+    assert np.array(frame.rotation, dtype=float) == pytest.approx(
+        np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]), abs=1e-15
+    )
+    for normal in ((0.0, 0.0, 1.0), (0.6, 0.0, -0.8), (0.48, -0.6, 0.64)):
+        tilted = Loop.plate("p", "a", (1, 0, 0), "b", (0, 0, 1), normal).frame_b
+        z = [row[2] for row in tilted.rotation]
+        assert z == pytest.approx(normal, abs=1e-15)
+    text = derive_system("bars_and_springs", "newton_euler").text(steps=True)
+    said = "force that CF exerts on DEF in F, along x and z of the world [N]"
+    assert f"  R_F_x, R_F_z\n    {said}\n" in text
 
 
 @pytest.mark.parametrize("kind", ["hinge", "weld", "plate", "pin", "ball", "distance"])

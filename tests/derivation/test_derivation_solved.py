@@ -378,6 +378,31 @@ def test_inertias_of_a_top_are_called_by_letters(
     assert "J_theta cos(theta) phi'^2 - " in text
 
 
+@pytest.mark.parametrize("second", [mq.Parameter("I3", 0.01, "kg·m²"), 0.01])
+def test_a_moment_that_is_a_letter_or_a_number_needs_no_other(second: mq.Parameter | float) -> None:
+    """Lagrange's top by its moments I1 and I3."""
+    I1, m = mq.Parameter("I1", 0.02, "kg·m²"), mq.Parameter("m", 1.0, "kg")
+    c, g = mq.Parameter("c", 0.2, "m"), mq.Parameter("g", 9.81, "m/s²")
+    shape = mq.Shape(m, (0, 0, c), (I1, I1, second, 0, 0, 0))
+    axes = zip("abc", ((0, 0, 1), (1, 0, 0), (0, 0, 1)), strict=True)
+    links = ("ground", "u", "v", "top")
+    top = mq.Mechanism(
+        "top",
+        (*map(mq.Body, links[:3]), mq.Body("top", shape)),
+        tuple(
+            mq.Revolute(name, links[k], links[k + 1], axis=axis, coordinate=name)
+            for k, (name, axis) in enumerate(axes)
+        ),
+        parameters=(I1, m, c, g, *([second] if isinstance(second, mq.Parameter) else [])),
+        gravity=(0, 0, -g),
+    )
+    said = read_result(mq.derive(top).text(steps=True))
+    assert "J_b is the inertia referred to b. The" in " ".join(said.split())
+    assert "     J_b = I1 + m c^2\n" in said
+    assert "J_c" not in said
+    assert "     E = J_b b'^2/2 + V_eff\n" in said
+
+
 @pytest.mark.parametrize("name", ["atwood_machine", "furuta_pendulum", "spherical_pendulum"])
 def test_short_inertias_and_those_that_are_not_all_are_written_out(name: str) -> None:
     """A sum of masses is no longer than its letter, nor is that of a particle."""

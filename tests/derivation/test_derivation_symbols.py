@@ -264,3 +264,7 @@ def test_a_coordinate_that_places_a_center_is_said_to_do_so() -> None:
     assert say("two_wheeled_cart", "x") == "position of the origin of load along x of ground [m]"
     for relative in (("base_excited_mass", "u"), ("double_atwood_machine", "y"), ("crane", "x")):
         assert say(*relative).startswith("displacement in the slide")
+    # an angle that is the sum of those of parallel hinges is that of the last body itself
+    assert say("double_pendulum", "q2") == "absolute angle of rod2, about -y of ground [rad]"
+    assert say("bar_chain", "q4") == "absolute angle of bar4, about y of ground [rad]"
+    assert say("bars_and_springs", "q").startswith("generalized coordinate that sets alpha")

@@ -153,7 +153,7 @@ def test_the_arrow_of_a_distance_is_as_long_as_it_and_shows_the_positive_sense()
     assert 0 < short < 0.3 * given.camera.scale
 
 
-@pytest.mark.parametrize("q", [0.6, -0.6])
+@pytest.mark.parametrize("q", [0.6, -0.6, 0.0])
 def test_the_arrow_of_an_angle_shows_the_positive_sense(q: float) -> None:
     given = seen("simple_pendulum", {"q": q})
     (head,) = (
@@ -472,6 +472,13 @@ def test_angles_that_nothing_depends_on_are_drawn_turned() -> None:
         if isinstance(m, Words)
     }
     assert {"yaw", "lean", "spin", "r"} <= words
+
+
+def test_angles_that_are_zero_have_their_arcs_too() -> None:
+    """Of the bicycle, upright and straight, whose equations are those of roll and steer."""
+    marks = [mark for mark in coordinates(seen("whipple_bicycle")) if isinstance(mark, Words)]
+    words = {"".join(text for text, _ in mark.parts) for mark in marks}
+    assert {"yaw", "roll", "pitch", "steer"} <= words
 
 
 def test_a_spring_ends_at_the_dot_of_its_mass() -> None:

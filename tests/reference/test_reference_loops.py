@@ -387,7 +387,7 @@ def test_the_branches_of_an_assembly_are_the_open_and_the_crossed_one() -> None:
 
 def test_a_loop_that_cannot_be_closed_is_named_with_its_gap() -> None:
     with pytest.raises(
-        ClosureError, match=r"loop 'C' cannot be closed from there.*open by 0\.5 m \(C: y\)"
+        ClosureError, match=r"loop 'C' cannot be closed from there.*open by 0\.5 m \(C: x\)"
     ):
         assemble(four_bar(a=1.0, b=0.2, c=0.3), {"phi": 1.1})
     with pytest.raises(ClosureError, match="loop 'C' cannot be closed"):

@@ -302,17 +302,21 @@ def _list_meanings(
                 start, end = stops[places[0]].body, stops[places[-1] + 1].body
                 yield f"T_{name}", f"tension of {element.name} from {start} to {end} [N]"
             continue
-        for k, name in enumerate(element.forces, first):
-            if isinstance(element, (Gear, Rack)):
-                a, b = (mechanism.joint(joint).child for joint in element.joints)
-                where = f"force of {a} on {b} in {element.name} along the line of action"
-                yield f"F_{name}", f"{where} [N]"
-                continue
+        if isinstance(element, (Gear, Rack)):
+            a, b = (mechanism.joint(joint).child for joint in element.joints)
+            where = f"force of {a} on {b} in {element.name} along the line of action"
+            yield from ((f"F_{name}", f"{where} [N]") for name in element.forces)
+            continue
+        forces = dict(enumerate(element.forces, first))
+        worlds = [axes.get((k, element.body_b), "") for k, x in forces.items() if ": r" not in x]
+        named = all(world in [*"xyz"] for world in worlds)  # by the axes of the world
+        for k, name in forces.items():
             row = name.rpartition(": ")[2]
             turns = row.startswith("r")
             world = axes.get((k, element.body_b))
             axis = f"along {world} of the world" if world else f"along {row[-1]} of its frame"
             axis = "along its length" if row == "length" else axis
+            row = world if world and named and row in [*"xyz"] else row
             yield (
                 f"{'M' if turns else 'R'}_{element.name}_{row}",
                 f"{'moment' if turns else 'force'} that {element.body_a} exerts on "

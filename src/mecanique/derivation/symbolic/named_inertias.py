@@ -56,6 +56,10 @@ def name_inertias(algebra: Algebra, M: Matrix) -> NamedInertias:
     named, letters = _PLAIN, dict[str, str]()
     for name in sorted(diagonal, key=lambda name: (name not in constant, len(diagonal[name]))):
         inertia = named(diagonal[name])
+        generators = [generator.name for generator in inertia.generators()]
+        if name in constant and len(generators) == 1 and inertia == ring[generators[0]]:
+            letters[generators[0]] = ""  # which is short enough
+            continue
         loose = [part for part in inertia.split() if _is_loose(part, letters)]
         if loose:
             letter = ring.choose_name((f"J_{name}", f"I_{name}", f"inertia_{name}"))
@@ -79,9 +83,10 @@ def name_inertias(algebra: Algebra, M: Matrix) -> NamedInertias:
     be, meaning = "is" if len(own) == 1 else "are", _write_meaning([*own.values()])
     said = f"{enumerate_words([*own])} {be} the {meaning}"
     unknowns = {letter: _write_meaning([name]) for letter, name in own.items()}
-    for letter, name in letters.items() - own.items():
-        unknowns[letter] = f"constant rest of the {_write_meaning([name])}"
-        said += f", {letter} the constant rest of that referred to {name}"
+    for letter, name in letters.items():
+        if name and name not in constant:
+            unknowns[letter] = f"constant rest of the {_write_meaning([name])}"
+            said += f", {letter} the constant rest of that referred to {name}"
     return replace(named, sentence=f"{said}.", unknowns=unknowns)
 
 
@@ -99,7 +104,8 @@ def _find_upright(series: Series) -> set[int]:
 
 def _is_loose(part: Series, letters: Mapping[str, str]) -> bool:
     """Return whether a term is constant, without letters yet."""
-    return part.kinds <= GIVEN and letters.keys().isdisjoint(x.name for x in part.generators())
+    names = {generator.name for generator in part.generators()}
+    return bool(names) and part.kinds <= GIVEN and letters.keys().isdisjoint(names)
 
 
 def _write_parts(series: Series) -> Expression:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from math import asin, atan2
 from typing import Literal, TypeAlias, final
 
 from mecanique.errors import InputError
@@ -183,7 +184,7 @@ class Loop(GuidingElement):
             point_b: shape (3,), in the frame of body b [m].
             normal: shape (3,), numbers, of the plane, in the frame of body a.
         """
-        return cls(name, "pin", body_a, _frame(point_a, normal), body_b, _frame(point_b, normal))
+        return cls(name, "pin", body_a, _plane(point_a, normal), body_b, _plane(point_b, normal))
 
     @classmethod
     def plate(
@@ -205,7 +206,7 @@ class Loop(GuidingElement):
             point_b: shape (3,), in the frame of body b [m].
             normal: shape (3,), numbers, of the plane, in the frame of body a.
         """
-        return cls(name, "plate", body_a, _frame(point_a, normal), body_b, _frame(point_b, normal))
+        return cls(name, "plate", body_a, _plane(point_a, normal), body_b, _plane(point_b, normal))
 
 
 def explain_lock(name: str) -> str:
@@ -223,3 +224,9 @@ def _frame(point: Vector, axis: Vector | None = None) -> Placement:
     if axis is None:
         return Placement(xyz)
     return Placement(xyz, rpy_along(unit_vector(axis, "the axis of a loop")))
+
+
+def _plane(point: Vector, normal: Vector) -> Placement:
+    """A frame at a point, its z along the normal by roll then pitch: across -y, x stays x."""
+    x, y, z = unit_vector(normal, "the axis of a loop")
+    return Placement(vector(point, "point of a loop"), (-asin(y), atan2(x, z), 0.0))
