@@ -150,7 +150,9 @@ def test_resonance_follows_from_the_power_of_the_rate_in_the_force() -> None:
             "tan(phi_x) = c W/(k - m W^2)",
             *greatest[n],
         ]
-        assert stated(law, damped=False)[1:] == ["W_r = sqrt(k/m)"] * (n < 3)
+        amplitude, *resonance = stated(law, damped=False)
+        assert amplitude == f"A_x = {above}/abs(k - m W^2)"
+        assert resonance == ["W_r = sqrt(k/m)"] * (n < 3)
     mixed = stated(F * (1 + e * W) * mq.sin(W * t), damped=True)
     assert mixed[0] == "A_x = F (1 + e W)/sqrt((k - m W^2)^2 + c^2 W^2)"
     assert len(mixed) == 2
@@ -165,6 +167,14 @@ def test_the_transmissibility_is_stated_by_every_method() -> None:
     texts = {mq.derive(shaken, method=way).text(steps=True)[-200:] for way in METHODS}
     assert len(texts) == 1
     assert "H_block_x = sqrt(" in texts.pop()
+
+
+def test_without_a_damper_what_a_base_passes_on_has_no_roots() -> None:
+    damped = mq.textbook.load("base_excited_mass")
+    spring = tuple(force for force in damped.forces if force.name == "spring")
+    undamped = replace(damped, forces=spring)
+    stated = [line.text() for line in answers(undamped)["Steady vibration"].lines]
+    assert "H_block_x = k/abs(k - m W^2)" in stated
 
 
 def test_a_resonance_that_is_damped_away_is_not_stated() -> None:
@@ -238,18 +248,14 @@ def test_a_conical_pendulum_oscillates_about_its_cone() -> None:
 
 
 def test_a_top_precesses_slowly_or_fast_and_sleeps() -> None:
-    """Goldstein, eqs. 5.76 to 5.79: with I1 = 3 m (r^2 + 4 h^2)/20 and the weight at 3 h/4.
-
-    The quadratic is I1 cos(theta) phi'^2 - p_psi phi' + m g (3 h/4) = 0; the top sleeps where
-    p_psi^2 > 4 I1 m g (3 h/4).
-    """
+    """Goldstein, eqs. 5.76 to 5.79: with I1 = J_theta and the weight at 3 h/4."""
     assert lines("heavy_top", "Steady precession") == [
-        "3 m (r^2 + 4 h^2) cos(theta) phi'^2 - 20 p_psi phi' + 15 m g h = 0",
-        "p_psi^2 ≥ 9 m^2 g (r^2 + 4 h^2) h cos(theta)/20",
+        "4 J_theta cos(theta) phi'^2 - 4 p_psi phi' + 3 m g h = 0",
+        "p_psi^2 ≥ 3 m J_theta g h cos(theta)",
         "phi' ≈ 3 m g h/(4 p_psi)",
-        "phi' ≈ 20 p_psi/(3 m (r^2 + 4 h^2) cos(theta))",
-        "omega ≈ 20 p_psi/(3 m (r^2 + 4 h^2))",
-        "p_psi^2 > 9 m^2 g (r^2 + 4 h^2) h/20",
+        "phi' ≈ p_psi/(J_theta cos(theta))",
+        "omega ≈ p_psi/J_theta",
+        "p_psi^2 > 3 m J_theta g h",
     ]
     # in gimbals the axle upright has no such limit: the outer gimbal has inertia of its own
     precession = lines("gyroscope", "Steady precession")

@@ -176,7 +176,8 @@ def _find_steady_vibration(derivation: Derivation) -> Ending:
     elastic, damping = tidy(K - M * rate**2), tidy(C * rate)
     below = _square(elastic, damping)
     amplitude = f"A_{name}"
-    lines: list[Printed] = [OverRoot(amplitude, expression(_lead(force)), Expression(below.terms))]
+    size = OverRoot(amplitude, expression(_lead(force)), Expression(below.terms))
+    lines: list[Printed] = [size if damping else _divide(amplitude, force, elastic)]
     meanings = {amplitude: f"amplitude of {name} [{units(mechanism)[name]}]"}
     if damping:
         phase = f"phi_{name}"
@@ -189,10 +190,11 @@ def _find_steady_vibration(derivation: Derivation) -> Ending:
         for axis, place in zip("xyz", kinematics.point(body.name, body.center), strict=True):
             base, share = _take_wave(tidy(place), wave), place.diff(name)
             if base and is_constant(share):
-                above = _square(tidy(share * force / base + elastic), damping)
+                passed = tidy(share * force / base + elastic)
                 transmissibility = f"H_{body.name}_{axis}"
-                square = Expression((multiply((above, 1), (below, -1)),))
-                lines.append(Root(transmissibility, square))
+                square = Expression((multiply((_square(passed, damping), 1), (below, -1)),))
+                root = Root(transmissibility, square)
+                lines.append(root if damping else _divide(transmissibility, passed, elastic))
                 meanings[transmissibility] = (
                     f"amplitude of {body.name} along {axis} over that of what drives it"
                 )
@@ -200,7 +202,8 @@ def _find_steady_vibration(derivation: Derivation) -> Ending:
     resonance = _find_resonance((M, C, K), force, rate, mechanism.values)
     if resonance is not None:
         lines.append(resonance)
-        meanings[resonance.name] = f"{expression(rate).text()} at which {amplitude} is greatest"
+        grown = "is greatest" if damping else "grows without bound"
+        meanings[resonance.name] = f"{expression(rate).text()} at which {amplitude} {grown}"
         if C and resonance.square != expression(tidy(K / M)):
             said += f" {_RESONANT.format(amplitude)}"
             lines.append(Relation(expression(C * C), "<", expression(tidy(2 * K * M))))
@@ -215,6 +218,13 @@ def _take_wave(series: Series, wave: int) -> Series:
 
 def _lead(series: Series) -> Series:
     return make_positive([series])[0]
+
+
+def _divide(name: str, above: Series, below: Series) -> Relation:
+    """Return the size of an undamped amplitude."""
+    left = expression(above.ring.unknown(name, Kind.PARAMETER))
+    size = Call("Abs", add(expression(_lead(below)).terms))
+    return Relation(left, "=", Expression((multiply(to_formula(_lead(above)), (size, -1)),)))
 
 
 def _square(real: Series, imaginary: Series) -> Sum:
