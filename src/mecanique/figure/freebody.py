@@ -38,6 +38,7 @@ from mecanique.figure.paper.marks import (
 from mecanique.figure.setting import Setting
 from mecanique.figure.solids import Floats
 from mecanique.model.constraint_base import PressingContact
+from mecanique.model.constraints.loops import Loop
 from mecanique.model.force_base import BodyLoad, JointLoad
 from mecanique.model.joints import Revolute
 from mecanique.motion.analysis.forces import TOGETHER, Action, Actions
@@ -230,6 +231,7 @@ def _resolve(
             return
         if guided:  # in the sense in which it counts positive
             size = math.copysign(size, guides[action.name])
+            symbol = _name_world(setting, action, symbol, force / size)
         paper = setting.camera.at(force) / setting.camera.scale * math.copysign(1.0, size)
         seen = float(np.hypot(*paper)) / abs(size)
         if seen > 0.05:
@@ -241,6 +243,16 @@ def _resolve(
             sense, symbol = -axis.along, symbol.removeprefix("-")
         size = float(force @ sense)
         yield _Arrow(at, unit(setting.camera.at(sense)), size, f"{symbol}_{axis.letter}", style)
+
+
+def _name_world(setting: Setting, action: Action, symbol: str, way: Floats) -> str:
+    """The letter of an element's force, by the axis of the world that it is along, if any."""
+    for element in setting.mechanism.elements:
+        if isinstance(element, Loop) and action.name in element.forces and symbol[-1] in "xyz":
+            along = way if element.body_b == action.body else -way
+            letters = [x for x, part in zip("xyz", along, strict=True) if part > 1 - NEGLIGIBLE]
+            return symbol[:-1] + (letters or symbol[-1:])[0]
+    return symbol
 
 
 def _plane_of(setting: Setting, action: Action) -> list[_Axis]:
