@@ -351,23 +351,29 @@ def _fold(key: int, other: int, P: Series, Q: Series) -> list[tuple[Trig, Series
 def _fold_again(form: Form) -> Form:
     """Fold the sum of two products that differ in one sine or cosine, such as x cos a - x cos b."""
     for (trig, P), (other, Q) in combinations(form.items(), 2):
-        if P not in (Q, -Q):
-            continue
-        mine, theirs = (Counter({(a, s): e for a, s, e in factors}) for factors in (trig, other))
+        mine, theirs = _count_powers(trig), _count_powers(other)
         shared = mine & theirs
-        keys = [[a << 1 | s for a, s in (own - shared).elements()] for own in (mine, theirs)]
-        if not shared or [*map(len, keys)] != [1, 1]:
+        key, partner = _find_single(mine - shared), _find_single(theirs - shared)
+        if P not in (Q, -Q) or not (shared and key and partner):
             continue
-        (key,), (partner,) = keys
         if _foldable(key, partner, products=True):
-            terms = [
-                (sort_powers(shared + Counter({(a, s): e for a, s, e in factors})), part)
-                for factors, part in _fold(key, partner, P, Q)
-                if part
-            ]
-            rest = {trig_: part for trig_, part in form.items() if trig_ not in (trig, other)}
-            return _fold_again(_with(rest, terms))
+            folded = {
+                product: part for product, part in form.items() if product not in (trig, other)
+            }
+            for factors, part in _fold(key, partner, P, Q):
+                folded = _with(folded, [(sort_powers(shared + _count_powers(factors)), part)])
+            return _fold_again(folded)
     return form
+
+
+def _count_powers(trig: Trig) -> Counter[tuple[int, int]]:
+    return Counter({(angle, sine): e for angle, sine, e in trig})
+
+
+def _find_single(powers: Counter[tuple[int, int]]) -> int:
+    """Return the key of a product that is one sine or cosine, 0 of any other."""
+    ((angle, sine), *rest) = (*powers.elements(), (0, 0))
+    return 0 if len(rest) > 1 else angle << 1 | sine
 
 
 def _trig(*factors: tuple[int, int]) -> Trig:

@@ -336,7 +336,7 @@ class Lagrange:
         self.kinetic = [*self._bodies(), *self._rotors()]
         T = tidy(algebra.ring.sum([series for _, series in self.kinetic]))
         slopes = [T.diff(v) for v in algebra.velocities] if named else []
-        M = tuple(tuple(tidy(slope.diff(v)) for v in algebra.velocities) for slope in slopes)
+        M = tuple(tuple(map(tidy, map(slope.diff, algebra.velocities))) for slope in slopes)
         self._inertias = name_inertias(algebra, M)
         self.T = self._inertias(T)
         self.gravity = tidy(algebra.ring.sum(self._weights()))
