@@ -234,8 +234,8 @@ def _say_absolute(name: str, mechanism: Mechanism) -> str:
             continue
         first, angle = turned.get(joint.parent, (joint, 0.0))
         if first.axis == joint.axis and (first is not joint or joint.parent == mechanism.ground):
-            (own,) = joint.coordinates
-            whole = plain(angle) + plain(mechanism.coordinates.driven.get(own, coordinate(own)))
+            (turn,) = joint.coordinates
+            whole = plain(angle) + plain(mechanism.coordinates.driven.get(turn, coordinate(turn)))
             turned[joint.child] = first, whole
             if whole == coordinate(name):
                 return f"absolute angle of {joint.child}, about {_say_axis(first)} [rad]"

@@ -350,15 +350,15 @@ def _fold(key: int, other: int, P: Series, Q: Series) -> list[tuple[Trig, Series
 
 def _fold_again(form: Form) -> Form:
     """Fold the sum of two products that differ in one sine or cosine, such as x cos a - x cos b."""
-    for (trig, P), (other, Q) in combinations(form.items(), 2):
-        mine, theirs = _count_powers(trig), _count_powers(other)
+    for (trig, P), (second, Q) in combinations(form.items(), 2):
+        mine, theirs = _count_powers(trig), _count_powers(second)
         shared = mine & theirs
         key, partner = _find_single(mine - shared), _find_single(theirs - shared)
         if P not in (Q, -Q) or not (shared and key and partner):
             continue
         if _foldable(key, partner, products=True):
             folded = {
-                product: part for product, part in form.items() if product not in (trig, other)
+                product: part for product, part in form.items() if product not in (trig, second)
             }
             for factors, part in _fold(key, partner, P, Q):
                 folded = _with(folded, [(sort_powers(shared + _count_powers(factors)), part)])

@@ -79,10 +79,10 @@ def name_inertias(algebra: Algebra, M: Matrix) -> NamedInertias:
     left = [generator.name for row in M for entry in row for generator in named(entry).generators()]
     if not letters or not {*left} <= {*letters, *algebra.mechanism.coordinates}:
         return _PLAIN
-    own = {letter: name for letter, name in letters.items() if name in constant}
-    be, meaning = "is" if len(own) == 1 else "are", _write_meaning([*own.values()])
-    said = f"{enumerate_words([*own])} {be} the {meaning}"
-    unknowns = {letter: _write_meaning([name]) for letter, name in own.items()}
+    referred = {letter: name for letter, name in letters.items() if name in constant}
+    be, meaning = "is" if len(referred) == 1 else "are", _write_meaning([*referred.values()])
+    said = f"{enumerate_words([*referred])} {be} the {meaning}"
+    unknowns = {letter: _write_meaning([name]) for letter, name in referred.items()}
     for letter, name in letters.items():
         if name and name not in constant:
             unknowns[letter] = f"constant rest of the {_write_meaning([name])}"
