@@ -30,8 +30,8 @@ Scalars: TypeAlias = npt.NDArray[Any]
 
 OPEN, CLOSED, STICKS = "open", "closed", "sticks"
 FORWARD, BACKWARD, SLIPS = "slips +", "slips -", "slips"
-LEAST, ABSENT = 5e-324, 1e-30
-"""The least number, a divisor by which what has no solution is not finite; a part that is none."""
+ABSENT = 1e-30
+"""A part that is none."""
 
 
 @final
@@ -376,7 +376,7 @@ def _follow_routh(
     of sticking or, if this is outside the cone, on the side of the cone next to it. Compression
     ends as the approach does. Then the approach returns e times (Newton), or the normal impulse
     does (Poisson): E. J. Routh, Dynamics of a System of Rigid Bodies, Elementary Part, ch. IV.
-    Where friction jams what Newton's law asks to part, impulses are not finite.
+    Where friction jams what Newton's law asks to part, it stays.
 
     Args:
         terms: of the state.
@@ -406,14 +406,14 @@ def _follow_routh(
     gain = approach * (1.0 if element.by_impulse else 1.0 + element.restitution)
     lacks = gain * slows - parts * speed
     rounding = STILL * (absolute(gain * slows) + absolute(parts * speed))
-    stops = sign(positive(lacks - rounding))
+    stops = sign(positive(lacks - rounding)) * sign(approach)
     goes = 1.0 - stops
     until = stops * speed / (stops * slows + goes * yields)
     later = yields + ray * turned
     frees = sign(positive(later - REDUNDANT * yields))
-    least = frees * later + (1.0 - frees) * goes * yields + LEAST
     press = goes * gain / (goes * parts + stops * yields) + until
-    press = press + stops * (gain - parts * until) / least
+    rest = stops * frees * (gain - parts * until)
+    press = press + rest / (frees * later + (1.0 - frees) * yields)
     if element.by_impulse:
         press = (1.0 + element.restitution) * press
     excess = positive(press * slows - speed)

@@ -555,12 +555,14 @@ static bool is_touching(const Terms *k, int e, double state)
 /* Strike an element by itself; return whether there is a solution. */
 static int strike_alone(double t, double *y, const double *p, int e)
 {
+    Terms k;
     double out[NV + ROWS];
+    know(t, y, p, &k);
     collide[e](t, y, p, out);
-    for (int i = 0; i < NV; i++) {
-        if (!isfinite(out[i])) return 0;
-        y[NQ + i] += out[i];
-    }
+    const double before = k.rate[normal[e]], after = before + along(k.slopes[normal[e]], out);
+    /* friction jams what should part by Newton's law */
+    if (!by_impulse[e] && after < (SAME_ANSWER - k.restitution[e]) * before) return 0;
+    for (int i = 0; i < NV; i++) y[NQ + i] += out[i];
     return 1;
 }
 

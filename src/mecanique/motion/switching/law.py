@@ -476,9 +476,10 @@ class Laws:
             assert solution is not None, "its normal impulse is given"
             return solution.a, solution.forces
 
-        with np.errstate(all="ignore"):
-            change, impulses = bounce(terms, self.elements, (element.name, ""), push)
-        if not np.isfinite(change).all():
+        change, impulses = bounce(terms, self.elements, (element.name, ""), push)
+        before, e = terms.rates[element.normal], element.restitution
+        after = before + terms.jacobian[element.normal] @ change
+        if not element.by_impulse and after < (SAME_ANSWER - e) * before:
             message = _say_count(0, "velocities", f"after the impact of {element.name}")
             raise UndecidedError(f"{message}: friction jams it", 0)
         return change, impulses

@@ -431,7 +431,12 @@ export class Corners {
     const { nq, nv, program } = this.machine;
     program[`impact${k}`](t, y, this.p, this.struck);
     const change = this.struck.subarray(0, nv);
-    if (!change.every(Number.isFinite)) return "where no velocities follow after the impact";
+    const { rates, slopes, of } = this.read(t, y);
+    const { normal, by_impulse: byImpulse } = this.elements[k];
+    const wanted = (this.tolerances.SAME_ANSWER - of[k].restitution) * rates[normal];
+    // friction jams what should part by Newton's law
+    if (!byImpulse && rates[normal] + alongRow(slopes[normal], change) < wanted)
+      return "where no velocities follow after the impact";
     change.forEach((step, i) => (y[nq + i] += step));
     taken.forEach((_, i) => (taken[i] += this.struck[nv + i]));
     return "";
