@@ -230,6 +230,40 @@ HOOP = "bead_on_hoop"
 PENDULA = "coupled_pendulums"
 CLOCK = "compound_pendulum"
 SLIPS = (
+    ("simple_pendulum", "equation of motion", "m l^2/3 q'' + m g l/2 sin q = 0", "a uniform rod"),
+    (PENDULA, "kinetic energy", "T = m l^2 (q1'^2 + q2'^2)/6", "a uniform rod"),
+    (ROD, "equation of motion", "(1/3 + 1/12) m l^2 q'' + m g l/2 sin q = 0", "counted twice"),
+    ("free_particle", "equation of motion", "x'' = 0; y'' = 0; z'' = 0", "m g is missing"),
+    ("rolling_disk", "equation of motion", "m x'' = m g sin(alpha)", "own center is missing"),
+    (
+        *("two_blocks", "equation of motion"),
+        "m1 q1'' + k1 q1 = 0; m2 q2'' + k2 q2 = F",
+        "the force 'spring2' acts as if q1 were zero",
+    ),
+    ("two_blocks", "frequency", "w1^2 = k1/m1, w2^2 = k2/m2", "acts as if q1 were zero"),
+    (
+        *("base_excited_mass", "equation of motion"),
+        "m u'' + c u' + k u = k X sin(W t)",
+        "'k X sin(W t)' stands in place of the term m X W^2 sin(W t)",
+    ),
+    ("base_excited_mass", "equation of motion", "m u'' + c u' + k u = m X W^2", "sin(W t)"),
+    (
+        *("two_blocks", "Hamilton's equations"),
+        "q1' = p1/m1, q2' = p2/m2, p1' = -k1 q1 + k2 (q2 - q1), p2' = -k2 (q2 - q1)",
+        "the term F is missing",
+    ),
+    (PENDULA, "frequency", "w1 = sqrt(g/l), w2 = sqrt(g/l + k/m)", "lacks the factor 2 (a/l)^2"),
+    (
+        *("cart_pole", "Hamiltonian"),
+        "H = px^2/(2 (M + m)) + pq^2/(2 m l^2) - m g l cos q",
+        "T lacks its products of different rates",
+    ),
+    ("heavy_top", "potential energy", "V = m g h cos(theta)", "acts at its end"),
+    (
+        *("cart_pole", "transfer function of q from F"),
+        "Q/F = -s/(M l s^3 + (M + m) g s)",
+        "the damping is missing",
+    ),
     # only one of two terms is not as derived
     (ROD, "equation of motion", "m l^2/2 q'' + m g l/2 sin(q) = 0", "that of a disk"),
     ("rolling_disk", "equation of motion", "x'' = 5/7 g sin(alpha)", "that of a solid ball"),
@@ -306,7 +340,7 @@ SLIPS = (
     (
         *("two_blocks", "frequency"),
         "omega^4 m1 m2 - omega^2 (m1 k2 + m2 k1) + k1 k2 = 0",
-        "k1 in 'm2 k1' should be k1 + k2",
+        "the force 'spring2' acts as if q1 were zero",
     ),
     (
         *("two_blocks", "potential energy"),

@@ -280,3 +280,102 @@ def test_umlauts_of_words_are_no_derivatives(word: str) -> None:
 def test_both_signs_of_a_frequency_are_one_frequency(answer: str, outcome: str) -> None:
     pendulum = mq.textbook.load("simple_pendulum")
     assert mq.check(pendulum, answer, ask="frequency").outcome == outcome
+
+
+COUNT = ("F - c*v + m*sin(th)*(l*w**2 + g*cos(th))", "M + m*sin(th)**2")
+CLASSES = (
+    # forces between bodies that are eliminated
+    ("atwood_machine", "equation of motion", "m1 g - T1 = m1 x''; T2 - m2 g = m2 x''; "
+     "(T1 - T2) R = M R^2/2 x''/R"),
+    ("rolling_disk", "equation of motion", "m g sin α - f = m x'', f R = m R^2/2 x''/R"),
+    # programs
+    ("simple_pendulum", "state space", "def f(t, y):\n  th, om = y\n  return [om, -g/l*sin(th)]"),
+    ("simple_pendulum", "state space", "def f(t, x): return np.array([x[1], -g*np.sin(x[0])/l])"),
+    ("simple_pendulum", "state space", "f = @(t,y) [y(2); -g/l*sin(y(1))]"),
+    ("simple_pendulum", "state space", "function dydt = f(t, y)\ndydt = zeros(2,1);\n"
+     "dydt(1) = y(2);\ndydt(2) = -g/l*sin(y(1));\nend"),
+    ("simple_pendulum", "state space", "def f(t, s):\n  th, om = s\n  dth = om\n"
+     "  dom = -g/l*np.sin(th)\n  return dth, dom"),
+    ("cart_pole", "state space", "def f(t, s):\n  x, v, th, w = s\n"
+     f"  a = ({COUNT[0]})/({COUNT[1]})\n  return [v, a, w, -(g*sin(th) + a*cos(th))/l]"),
+    ("simple_pendulum", "state space", "z1' = z2\nz2' = -g/l sin z1"),
+    ("two_blocks", "state space", "x1' = x2, x2' = (k2 (x3 - x1) - k1 x1)/m1, x3' = x4, "
+     "x4' = (F - k2 (x3 - x1))/m2"),
+    ("two_blocks", "state space", "x1' = x3, x2' = x4, x3' = (k2 (x2 - x1) - k1 x1)/m1, "
+     "x4' = (F - k2 (x2 - x1))/m2"),
+    # matrices
+    ("two_blocks", "mass matrix", "diag(m1, m2)"),
+    ("shear_building", "mass matrix", "m I"),
+    ("shear_building", "mass matrix", "m*np.eye(5)"),
+    ("two_blocks", "mass matrix", "M = np.array([[m1, 0], [0, m2]])"),
+    ("two_blocks", "equation of motion", "M q'' + K q = [0, F]^T where M = diag(m1, m2), "
+     "K = [[k1+k2, -k2], [-k2, k2]]"),
+    ("two_blocks", "frequency", r"\begin{vmatrix} k_1+k_2-m_1\omega^2 & -k_2\\ -k_2 & "
+     r"k_2-m_2\omega^2\end{vmatrix} = 0"),
+    ("two_blocks", "frequency", "det(K - ω^2 M) = 0, K = [[k1+k2, -k2], [-k2, k2]], "
+     "M = [[m1, 0], [0, m2]]"),
+    # what a letter stands for
+    ("coupled_pendulums", "frequency", "ω0² = g/l; ω1 = ω0; ω2² = ω0² + 2 k a²/(m l²)"),
+    ("base_excited_mass", "damped frequency", "ω_d = ω_n √(1 − ζ²), ω_n = √(k/m), "
+     "ζ = c/(2 √(k m))"),
+    ("rigid_bar_pendulum", "frequency", "ω = √(3g/(2l)), f = ω/(2π)"),
+    ("two_blocks", "transfer function of q2 from F", r"\frac{X_2(s)}{F(s)} = "
+     "(m1 s^2 + k1 + k2)/((m1 s^2 + k1 + k2)(m2 s^2 + k2) - k2^2)"),
+    ("kepler_orbit", "Hamilton's equations", "ṙ = p_r/m, φ' = pφ/(m r²), "
+     "ṗ_r = pφ²/(m r³) − m μ/r², pφ' = 0"),
+    ("kepler_orbit", "equation of motion", "r² φ̇ = const, r̈ = r φ̇² − μ/r²"),
+    ("simple_pendulum", "potential energy", "V = m g l (1 - cos q) + const."),
+    ("simple_pendulum", "energy", "E = m l^2 q'^2/2 - m g l cos q = const"),
+    ("simple_pendulum", "equilibrium", r"q_{eq} = 0, \pi"),
+    ("simple_pendulum", "reaction", "T = m g cos q + m l q'^2"),
+    # what stands around
+    ("simple_pendulum", "equation of motion", "Newton's second law about O: l q'' = -g sin q"),
+    ("simple_pendulum", "equation of motion", r"\sum M_O = J\ddot q:\quad -mg\sin q = ml\ddot q"),
+    ("cart_pole", "equation of motion", f"M x'' + c x' + m d²/dt²(x + l sin q) = F; {POLE}"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("system", "ask", "text"), CLASSES)
+def test_what_students_hand_in_is_read(system: str, ask: str, text: str) -> None:
+    """Cut bodies, programs, matrices and determinants, helpers, constants and prose."""
+    found = mq.check(mq.textbook.load(system), text, ask)
+    assert found.right, str(found)
+
+
+@pytest.mark.parametrize(
+    ("system", "ask", "text", "outcome"),
+    [
+        ("simple_pendulum", "state space", "def f(t, y): return [y[1], g/l*sin(y[0])]", "wrong"),
+        ("simple_pendulum", "state space", "def f(t, y): return [y[0], -g/l*sin(y[0])]", "wrong"),
+        ("simple_pendulum", "state space", "def f(t, y): return [y[1], y[1]]", "wrong"),
+        ("kepler_orbit", "equation of motion", "r φ̇ = const, r̈ = r φ̇² − μ/r²", "wrong"),
+        ("kepler_orbit", "equation of motion", "r² φ̇ = const", "incomplete"),
+        ("simple_pendulum", "equation of motion", "7 = const", "wrong"),
+        ("simple_pendulum", "energy", "E = m l^2 q'^2/2 + m g l cos q = const", "wrong"),
+        ("shear_building", "mass matrix", "2 m I", "wrong"),
+        ("two_blocks", "frequency", "det([[1, 0], [0, 1]]) = 1", "wrong"),
+        ("coupled_pendulums", "frequency", "ω0²=2 g/l; ω2² = ω0²/2 + 2 k a²/(m l²)", "incomplete"),
+        ("coupled_pendulums", "frequency", "ω1² = 2 g/l; ω2² = ω1²/2 + 2 k a²/(m l²)", "wrong"),
+        ("base_excited_mass", "damped frequency", "ω_n = √(k/m), ω_d = ω_n", "wrong"),
+        ("rigid_bar_pendulum", "frequency", "ω = √(g/l), f = ω √(3/2)/(2π)", "wrong"),
+        ("simple_pendulum", "reaction", "T = m g cos q - m l q'^2", "wrong"),
+    ],
+)  # fmt: skip
+def test_the_same_notations_with_a_slip_are_not_right(
+    system: str, ask: str, text: str, outcome: str
+) -> None:
+    assert mq.check(mq.textbook.load(system), text, ask).outcome == outcome
+
+
+@pytest.mark.parametrize(
+    ("system", "text"),
+    [
+        ("atwood_machine", "m1 g - T1 = m1 x''; T2 - m2 g = m2 x''; (T1 - T2) R = M R x''"),
+        # the force is unread where it stands in one line alone
+        ("simple_pendulum", "T - m g cos q = -m l q'^2; l q'' = -g sin q"),
+        ("simple_pendulum", "T (q'' + g/l sin q) = 0; T q'' + T g/l sin q = 0"),
+    ],
+)
+def test_unknown_letters_that_lead_to_nothing_right_are_named(system: str, text: str) -> None:
+    with pytest.raises(mq.FormulaError, match="unknown letter"):
+        mq.check(mq.textbook.load(system), text)

@@ -17,9 +17,11 @@ from mecanique.checking.grammar.reader import (
     ReadText,
     define,
     define_joint_positions,
+    eliminate,
     read_answer,
     write_positions_out,
 )
+from mecanique.checking.grammar.states import write_states_out
 from mecanique.checking.grammar.tree import Node
 from mecanique.checking.judgement.formula import (
     Judged,
@@ -29,7 +31,7 @@ from mecanique.checking.judgement.formula import (
 )
 from mecanique.checking.judgement.motion import CommonFactors, Residual, count_missing, count_rank
 from mecanique.checking.judgement.proof import Proof
-from mecanique.checking.judgement.quantities import AskedQuantity, ask_for
+from mecanique.checking.judgement.quantities import ENERGIES, AskedQuantity, ask_for
 from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes.search import Search
 from mecanique.checking.mistakes.units import UnitMisfitError
@@ -49,6 +51,15 @@ _DENOMINATOR = re.compile(r"/(\d+[^\W\d_]\w*)(?![\w({])")
 
 _RATE = re.compile(r"(?:v|w|u|omega)(\d?)")
 """Usual letters of rates in a state-space form."""
+
+_STATE = re.compile(r"([^\W\d_]+)\d'?")
+"""A numbered state."""
+
+_PLUS_CONSTANT = re.compile(
+    r"(?<=[^=(,;\s])[^\S\n]?[+=-]\s?(?:\\(?:text|mathrm)\{)?(C|[CcVE]_?\{?[0-9]\}?|const|constant)\b"
+    r"\.?\}?\s{0,3}(?=$|[\n;,.$])"
+)
+"""The constant that is left open in an energy."""
 
 _OF_STATE = re.compile(
     r"(?<![A-Za-z])(?P<name>[A-Za-z]+)(?P<brace>\}?)\s*(?:\\left\s*)?\([^()=+*/^-]*\)(?=\s*&?=)"
@@ -177,15 +188,37 @@ class Checker:
             text = _write_matrix_out(text)
         if quantity.kind == "equilibrium":
             text = write_positions_out(text, self.mechanism.coordinates.names)
-        if ask == "state space" and len(letters.rates) == 2 and not letters.find("x1"):
+        rates, unread = self.mechanism.velocities, None
+        program = write_states_out(text, rates, letters.kinds) if ask == "state space" else None
+        if program:
+            text = program
+        if quantity.kind == "matrix" and len(rates) > 1:
+            for name in ("I", f"I{len(rates)}"):
+                if letters.find(name) is None:
+                    unit = np.eye(len(rates), dtype=int).tolist()
+                    letters = define(f"{name} = {unit}", letters)[2]
+        if quantity.kind in ("up to a constant", "conserved") or quantity.name in ENERGIES:
+            text = _PLUS_CONSTANT.sub(
+                lambda match: match[0] if letters.find(match[1]) else "", text
+            )
+        if not program and ask == "state space" and len(rates) == 1 and not letters.find("x1"):
             # x1' = x2 is the usual form where there is a single coordinate
             letters = define(f"x1 = {self.mechanism.coordinates.names[0]}", letters)[2]
         try:
             reading = read_answer(text, letters)
         except FormulaError as error:
-            if ask != "state space":
+            if ask == "state space":
+                reading = read_answer(text, self._define_states(letters, text, error.unknown))
+            elif ask.startswith("transfer function") and len(error.unknown) == 1:
+                text = _name_transform(text, error.unknown[0], quantity.letters[-1])
+                reading = read_answer(text, letters)
+            elif quantity.kind == "motion" and (vector := self._find_vector(text, error.unknown)):
+                text = f"{text}\n{vector}"
+                reading = read_answer(text, letters)
+            elif quantity.kind == "motion":
+                reading, unread = eliminate(text, letters, error), error
+            else:
                 raise
-            reading = read_answer(text, self._define_rates(letters, error.unknown))
         judged = self._compare(reading, quantity, self.truth, text)
         held = self._hold_numbers(judged, reading, quantity, ask, text)
         truth, judged, forms = held or (self.truth, judged, ())
@@ -199,6 +232,8 @@ class Checker:
             _line(formula, causes, motion=motion)
             for formula, causes in zip(judged, explained, strict=True)
         ]
+        if unread and any(line.outcome == "wrong" for line in lines):
+            raise unread
         missing = [name for formula in judged for name in formula.missing]
         check = Check(
             mechanism=self.mechanism.name,
@@ -229,9 +264,29 @@ class Checker:
             check = replace(check, at=at, independent=independent, needed=nv)
         return _conclude(check, missing, forms)
 
-    def _define_rates(self, letters: KnownLetters, names: Iterable[str]) -> KnownLetters:
-        """Return the letters with those usual for rates, as w2 for q2', that no line defines."""
-        rates = self.mechanism.velocities
+    def _find_vector(self, text: str, names: Sequence[str]) -> str:
+        """Return what q is in M q'' + K q = f, with its rates but without a definition."""
+        stems, listed = {name.rstrip("'") for name in names}, self.mechanism.coordinates.names
+        moves = any(name.endswith("''") for name in names) and len(listed) > 1
+        if not moves or len(stems) > 1 or not ("[" in text or "matrix" in text):
+            return ""
+        return f"{stems.pop()} = [{'; '.join(listed)}]"
+
+    def _define_states(
+        self, letters: KnownLetters, text: str, names: Iterable[str]
+    ) -> KnownLetters:
+        """Return the letters with those usual for states, as x1 and w2, that no line defines."""
+        rates, coordinates = self.mechanism.velocities, self.mechanism.coordinates.names
+        stems = {match[1] for match in map(_STATE.fullmatch, map(key_of, names)) if match}
+        if len(stems) == 1 and len(rates) == len(coordinates) and not stems & {*"vwu", "omega"}:
+            (stem,) = stems
+            # x1' = x2 where each coordinate is followed by its rate
+            plain = re.sub(r"[\\{}_\s$&]|dot", "", text)
+            by_turns = re.search(rf"{re.escape(stem)}1'?={re.escape(stem)}2(?!\d)", plain)
+            for k, name in enumerate(coordinates):
+                state = f"{stem}{2 * k + 1 if by_turns else k + 1}"
+                if letters.find(state) is None:
+                    letters = define(f"{state} = {name}", letters)[2]
         for name in dict.fromkeys(name.rstrip("'") for name in names):
             match = _RATE.fullmatch(key_of(name))
             place = int(match[1] or len(rates) == 1) if match else 0
@@ -460,6 +515,15 @@ def _drop_arguments(text: str, letters: Collection[str]) -> str:
         return match["name"] + match["brace"] if match["name"] in letters else match[0]
 
     return _OF_STATE.sub(drop, text)
+
+
+def _name_transform(text: str, written: str, transform: str) -> str:
+    """Return a text with the letter of a transform for another one, as Q2 for X_2 in X_2/F."""
+    stem, digits = written.rstrip("0123456789").rstrip("_"), re.sub(r"\D", "", written)
+    usual = rf"(?<![A-Za-z\\])\\?{re.escape(stem)}_?\{{?{digits}\}}?(?![A-Za-z0-9])"
+    above = re.search(rf"{usual}\s?(?:\(s\))?\s?(?:/|\}}\s?\{{)", text)
+    named = digits in ("", re.sub(r"\D", "", transform)) and transform not in ("G", "H")
+    return re.sub(usual, transform, text) if above and named and stem[:1].isupper() else text
 
 
 def _write_matrix_out(text: str) -> str:

@@ -119,6 +119,9 @@ class KnownLetters:
             if stem is not None and self.kinds[stem] in ("coordinate", "velocity"):
                 primes = 2 if dotted["dots"] in ("dotdot", "ddot", "dd") else 1
                 return self.by_key.get(key_of(stem + "'" * primes))
+        if re.match("p[^\\x00-\\xff]", word) and self.kinds.get("p") != "parameter":
+            # pφ is the momentum of φ, no product
+            return self.by_key.get(key_of(f"p_{word[1:]}"))
         return None
 
     def node(self, name: str) -> Node:

@@ -17,10 +17,10 @@ from lark.lexer import Lexer
 from lark.visitors import Transformer_NonRecursive, v_args
 
 from mecanique.checking.grammar import tree
-from mecanique.checking.grammar.letters import KnownLetters, key_of
+from mecanique.checking.grammar.letters import Kind, KnownLetters, key_of
 from mecanique.checking.grammar.mathml import is_mathml, text_of
 from mecanique.checking.grammar.scanner import CLOSE, OPEN, Scanner, Token
-from mecanique.checking.grammar.tables import write_out
+from mecanique.checking.grammar.tables import determinant, write_out
 from mecanique.checking.grammar.tree import FUNCTIONS, Node
 from mecanique.errors import FormulaError
 from mecanique.model.mechanism import Mechanism
@@ -195,6 +195,8 @@ class _Builder(Transformer_NonRecursive[Any, Any]):
             raise FormulaError(what, self._text, token.start_pos or 0)
         if token == "pow":
             return self._power(*arguments)
+        if token == "det":
+            return determinant(*arguments)
         if token == "cot":
             cosine, sine = (tree.call(name, *arguments) for name in ("cos", "sin"))
             return tree.divide(cosine, sine)
@@ -342,18 +344,26 @@ _REMARK = re.compile(
 )
 """What is free in an equilibrium, and for which parameters there is one."""
 
+_AT_REST = re.compile(r"(?<![A-Za-z\\])(\\?[^\W\d_]{1,20}\d?)_\{?(?:eq|e)\}?(?![A-Za-z0-9_])")
+"""A coordinate in equilibrium, as q_e."""
+
 _SET = re.compile(r"\s*\$?(\S+?)\s*(?:=|∈|\\?in\b)\s*\\?\{([^{}]*?)\\?\}\s*\$?\s*")
 
 
 def write_positions_out(text: str, names: Sequence[str]) -> str:
     """Return an answer such as (0, 0), (0, π), or 0, π of a single coordinate, as equations."""
+    keys = [*map(key_of, names)]
+
+    def drop_rest(match: re.Match[str]) -> str:
+        return match[1] if key_of(match[1].strip("\\")) in keys else match[0]
+
+    text = _AT_REST.sub(drop_rest, text)
     text = _REMARK.sub("", text)
     if len(names) == 1:
         listed = _SET.fullmatch(text)
         if listed and key_of(listed[1].strip("\\")) == key_of(names[0]):
             return f"{names[0]} = {listed[2]}"
         return f"{names[0]} = {text}" if _VALUES.fullmatch(text) else text
-    keys = [*map(key_of, names)]
 
     def names_all(listed: str) -> bool:
         return [*map(key_of, re.sub(r"[\\{}\s]", "", listed).split(","))] == keys
@@ -415,6 +425,7 @@ def read_answer(text: str, letters: KnownLetters) -> ReadText:
         lines = scanner.scan()
         lines = [_turn_round(line, defined) for line in lines]
         # another definition of the same letter is not left out in silence
+        lines = [_derive_constant(line, scanner.unknown) for line in lines]
         kept = [
             line
             for line in lines
@@ -458,6 +469,57 @@ def read_answer(text: str, letters: KnownLetters) -> ReadText:
         defined |= {said.text: said.text for said in restated if said.text not in judged}
     notes = [*scanner.notes, *(f"taken as a definition: '{said}'" for said in defined.values())]
     return ReadText(tuple(statements), scanner.letters, tuple(notes))
+
+
+_MOST_ELIMINATED = 6
+"""Most unknown forces that are eliminated."""
+
+
+def eliminate(text: str, letters: KnownLetters, error: FormulaError) -> ReadText:
+    """Return what a text says without the unknown letters that its equations determine.
+
+    Those who cut bodies free write forces between them, as in m1 g - T = m1 x''. Each letter
+    must stand linearly in two equations at least, so that none of these is left out unread.
+
+    Raises:
+        FormulaError: the given one, if the letters cannot be eliminated.
+    """
+    names = [*error.unknown]
+    if len(names) > _MOST_ELIMINATED or any("'" in name for name in names):
+        raise error
+    # the rate of an input is not known
+    kinds: dict[str, Kind] = {**letters.kinds, **dict.fromkeys(names, "input")}
+    try:
+        reading = read_answer(text, replace(letters, kinds=kinds))
+    except FormulaError:
+        raise error from None
+    statements = [*reading.statements]
+    for name in names:
+        holding = [statement for statement in statements if name in _letters_of(statement)]
+        solved: list[tuple[int, Statement, Node]] = []
+        for statement in holding if all(len(s.sides) == 2 for s in holding) else ():
+            left, right = statement.sides
+            whole = tree.add(left, tree.negate(right))
+            slope = tree.rate(whole, {name: tree.number(1)})
+            if not slope.letters & {*names} and not slope.is_zero:
+                rest = tree.substitute(whole, name, tree.number(0))
+                solved.append((slope.size, statement, tree.negate(tree.divide(rest, slope))))
+        if not solved or len(holding) == 1:
+            raise error
+        _, used, formula = min(solved, key=lambda pair: pair[0])
+        statements = [_insert(s, name, formula) for s in statements if s is not used]
+    notes = (*reading.notes, f"eliminated: {', '.join(names)}")
+    return ReadText(tuple(statements), reading.letters, notes)
+
+
+def _letters_of(statement: Statement) -> set[str]:
+    return set().union(*(side.letters for side in statement.sides))
+
+
+def _insert(statement: Statement, name: str, formula: Node) -> Statement:
+    """Return a statement with a formula in place of a letter."""
+    sides = (tree.substitute(side, name, formula) for side in statement.sides)
+    return replace(statement, sides=tuple(sides))
 
 
 def _is_restated(statement: Statement, text: str) -> bool:
@@ -532,6 +594,24 @@ def _turn_round(line: list[Token], undefined: Collection[str]) -> list[Token]:
     if kinds == ["NAME", "EQUALS", "NAME"] and line[2].value in undefined:
         return line if _names(line[:1]) & set(undefined) else line[::-1]
     return line
+
+
+def _derive_constant(line: list[Token], unknown: dict[str, int]) -> list[Token]:
+    """Return r^2 phi' = const as d/dt(r^2 phi') = 0; the word is then no unknown letter."""
+    word = line[-1].value
+    if word not in ("const", "constant") or [t.kind for t in line].count("EQUALS") != 1:
+        return line
+    if line[-2].kind != "EQUALS" or unknown.pop(word, None) is None:
+        return line
+    first, last = line[0].start, line[-2].start
+    return [
+        Token("RATE", "d/dt", first, first),
+        Token("LPAR", "(", first, first),
+        *line[:-2],
+        Token("RPAR", ")", last, last),
+        line[-2],
+        replace(line[-1], kind="NUMBER", value="0"),
+    ]
 
 
 def _defined_by(line: Sequence[Token]) -> tuple[str, int]:

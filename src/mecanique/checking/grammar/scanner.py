@@ -60,6 +60,7 @@ _FONT = re.compile(rf"\\(?:{_FONTS})\s*\{{\s*(?P<word>(?:[A-Za-z0-9]|\\?_)+)\s*\
 _REWRITES = (
     # modules of Python
     (re.compile(r"(?<![\w.])(?:np|numpy|math|cmath|sp|sym|sympy|jnp)\.(?=[A-Za-z])"), ""),
+    (re.compile(r"\b(?:array|asarray)(?=\()"), "Matrix"),
     # Mathematica: Derivative[2][q][t], D[q[t], {t, 2}]
     (re.compile(r"\bDerivative\[1\]\[(\w+)\](?:\[t\])?"), r"\1'"),
     (re.compile(r"\bDerivative\[2\]\[(\w+)\](?:\[t\])?"), r"\1''"),
@@ -76,8 +77,17 @@ _REWRITES = (
         r"d\1/d\2",
     ),
     (re.compile(r"\b(?:diff\(|D\[)\s*(d\w+/d\w+'?)\s*,\s*t\s*[)\]]"), r"d/dt(\1)"),
+    (re.compile(r"\\var(?=(?:theta|phi|epsilon|rho)(?![A-Za-z]))"), r"\\"),
     # LaTeX's decimal comma
     (re.compile(r"(?<=\d)\{,\}(?=\d)"), "."),
+    # vectors are columns or rows as is needed, and \\det takes brackets
+    (
+        re.compile(
+            r"(?<=[\]}])\s*\^\s*(?:T(?!\w)|\{\s*(?:T|\\top|\\intercal)\s*\}|\\(?:top|intercal)(?!\w))"
+        ),
+        "",
+    ),
+    (re.compile(r"\beye\(\s*(\d)(?:\s*,\s*\d)?\s*\)"), r"I_\1"),
     # integrals of Mathematica and SymPy
     (
         re.compile(r"\bIntegrate\[(.*),\s*\{(\w+),([^{},]+),([^{},]+)\}\s*\]"),
@@ -87,6 +97,12 @@ _REWRITES = (
 )
 _BRACES = re.compile(r"(?<![_^\w}])\{\s*(?:\{[^{},]*,[^{}]*\}\s*(?:,\s*)?)+\}")
 """A matrix of Mathematica."""
+
+_DIAGONAL = re.compile(r"\bdiag\s*\(\s*\[?(?P<entries>(?:[^()\[\]]|\([^()]*\))*)\]?\s*\)")
+"""A diagonal matrix."""
+
+_RATE_OF = re.compile(r"(?<=\w)('{1,3})(_(?:[^\W_]{1,20}|\{[^\W_]{1,20}\}))")
+"""Dots before the subscript, as in ṗ_r."""
 
 _BOUND = r"(\{(?:[^{}]|\{[^{}]*\})*\}|\\[A-Za-z]+|\w+)"
 _INTEGRAL = re.compile(
@@ -112,6 +128,7 @@ class PlacedText:
         """Return a text with unified signs and spaces, without line numbers, fonts and boxes."""
         placed = cls(*_unify(text))
         placed.drop_spaces()
+        placed.splice((*m.span(), m[2] + m[1]) for m in _RATE_OF.finditer(placed.plain))
         placed.splice(_find_numbers(placed.plain))
         placed.splice(sorted(_find_fonts(placed.plain)))
         placed.splice(_find_boxes(placed.plain))
@@ -153,6 +170,7 @@ class PlacedText:
         )
         for pattern, spelling in _REWRITES:
             self.splice((*m.span(), m.expand(spelling)) for m in pattern.finditer(self.plain))
+        self.splice((*m.span(), _write_diagonal(m)) for m in _DIAGONAL.finditer(self.plain))
 
 
 _Edit: TypeAlias = tuple[int, int, str]
@@ -243,6 +261,19 @@ def _find_boxes(plain: str) -> Iterator[_Edit]:
             yield at, at + 1, " "
 
 
+def _write_diagonal(match: re.Match[str]) -> str:
+    """Return diag(a, b) as a table."""
+    entries = re.findall(r"(?:[^,()]|\([^()]*\))+", match["entries"])
+    rows = []
+    for k, entry in enumerate(entries):
+        rows.append(", ".join(entry if k == column else "0" for column in range(len(entries))))
+    return f"[{'; '.join(rows)}]" if len(entries) <= MOST_IN_DIAGONAL else match[0]
+
+
+MOST_IN_DIAGONAL = 12
+"""Largest number of entries of diag(…)."""
+
+
 def _integrate(integral: re.Match[str]) -> list[_Edit]:
     """Return the edits that write ∫_a^b f dx as integral(f, x, a, b); none without dx."""
     start, end = integral.span("body")
@@ -257,7 +288,7 @@ def _integrate(integral: re.Match[str]) -> list[_Edit]:
 
 
 _LINE = re.compile(
-    r"(?:(?!\\\\|\\(?:Long)?(?:L|l)?(?:R|r)(?:eftr)?ightarrow|\\implies|\\iff)[^\n;])+"
+    r"(?:(?!\\\\|\\(?:Long)?(?:L|l)?(?:R|r)(?:eftr)?ightarrow|\\implies|\\iff|:\s)[^\n;])+"
 )
 _OF_LAGRANGIAN = re.compile(
     r"(?:\\partial(?![A-Za-z])|∂)\s*\{?\s*(?:\\mathcal\s*\{?\s*|\\mathscr\s*\{?\s*)?[LT](?![A-Za-z])"
@@ -272,6 +303,12 @@ _BETWEEN = re.compile(
 """∂L/∂q' or T − V between two equals signs, and the second of these."""
 
 _ENERGY = re.compile(r"\s*\$?\s*(?:\\mathcal\s*)?\{?[LTVU]\}?\s*&?=")
+
+_SUM_OF_FORCES = re.compile(
+    r"(?:[∑Σ]|\\(?:sum|Sigma)(?![A-Za-z]))[^\n;:,=$]{0,60}(?::|="
+    r"(?P<sum>(?:(?!\b(?:so|with|where|gives)\b)[^\n;:,$\\]|\\(?!\\|[RrLl]\w*arrow|implies|q?quad|[,;]))*))"
+)
+"""ΣM = J q'': of it counts what follows, if there is another equals sign."""
 
 _INTEGER = re.compile(
     r"[,;]?\s*\(?\s*[A-Za-z]\s*(?:\\in(?![A-Za-z])|∈|ϵ)\s*\{?\s*(?:\\?Z|ℤ|\\mathbb\s*\{?\s*Z\s*\}?)\s*\}?\)?"
@@ -422,7 +459,7 @@ _BY = re.compile(
 _DOT = re.compile(
     r"\\(?P<dots>d{1,3})ot\s*"
     r"(?:\{\s*(?P<inner>[^{}]{0,80}(?:\{[^{}]{0,80}\}[^{}]{0,80})?)\}|(?P<word>\\[A-Za-z]+|[A-Za-z]))"
-    r"(?P<subscript>\s*_\s*(?:\{[^{}]{1,20}\}|\w))?"
+    r"(?P<subscript>\s*_\s*(?:\{[^{}]{1,20}\}|\w|\\[a-z]{1,20}))?"
 )
 _SUBSCRIPT = re.compile(
     r"\s*_\s*(?:\{(?P<long>(?:[^{}]|\{[^{}]{0,20}\}){1,40})\}|(?P<short>\\?[A-Za-z]+|\d))"
@@ -455,7 +492,9 @@ _LEIBNIZ = re.compile(
     rf"d\s*(?:\^?\s*(?P<order>[23])\s*)?{_INNER}\s*/\s*"
     r"d\s*t(?:\s*(?:\^|\*\*)?\s*(?P<again>[23]))?(?!\w)"
 )
-_D_BY_DT = re.compile(r"d\s*/\s*d\s*t(?!\w)")
+_D_BY_DT = re.compile(
+    r"d\s*(?:/\s*d\s*t|(?P<order>\^\s*2)\s*/\s*d\s*t\s*(?:\^|\*\*)\s*2)(?!\w)(?!\s*\^)"
+)
 _DOT_OF = re.compile(rf"(?P<dots>d{{1,2}})ot\(\s*{_INNER}\s*\)")
 _END_OF_SENTENCE = re.compile(r"[.…]+(?=\s*(?:$|\n|\$|\\(?:end|\]|\)|\\|q?quad|label|tag)))")
 _UNIT = re.compile(
@@ -520,7 +559,7 @@ class Scanner:
             return at + 1
         if sign == "\\":
             return self._command(at)
-        if sign == ":" and text[at + 1 : at + 2] in ("", " ", "\n"):
+        if sign == ":" and text[at + 1 : at + 2] in ("", " ", "\n", "\\"):
             return self._put("NEWLINE", "\n", at, at + 1)
         if text.startswith("&&", at) and not self._tables:
             return self._put("NEWLINE", "\n", at, at + 2)
@@ -605,7 +644,9 @@ class Scanner:
         if match := _DERIVATIVE.match(text, at):
             return self._put_derivative(match["word"], _order(match["by"]), match)
         if match := _D_BY_DT.match(text, at):
-            return self._put("RATE", "d/dt", at, match.end())
+            for _ in range(1 + bool(match["order"])):
+                self._put("RATE", "d/dt", at, match.end())
+            return match.end()
         if (match := _LEIBNIZ.match(text, at)) and self._is_moving(match["word"]):
             return self._put_derivative(match["word"], int(match["order"] or 1), match)
         if (match := _BY.match(text, at)) and (end := self._put_derivative_by(match)):
@@ -756,6 +797,8 @@ class Scanner:
         if table:
             self._tables += 1 if opens else -1
             kind = "LSQB" if opens else "RSQB"
+            if match["name"] == "vmatrix" and opens:
+                self._put("FUNCTION", "det", *match.span())
             return self._put(kind, "[" if opens else "]", match.start(), match.end())
         return match.end()
 
@@ -769,6 +812,10 @@ class Scanner:
             if self.letters.find(match["slope"] or match["sum"]) is None:
                 remarks.append(match.span())
         remarks += [match.span() for match in _INTEGER.finditer(self._plain)]
+        if self.letters.find("Sigma") is None:
+            for match in _SUM_OF_FORCES.finditer(self._plain):
+                chained = "=" in (match["sum"] or "")
+                remarks.append((match.start(), match.start("sum") if chained else match.end()))
         for line in lines:
             for match in _APPROXIMATELY.finditer(self._plain, *line.span()):
                 if "=" in self._plain[line.start() : match.start()]:
@@ -818,9 +865,12 @@ class Scanner:
         said = word[0].rstrip(":,.")
         if _STOPS.fullmatch(said.lower()):
             return self.letters.find(said) is None and self._split(said, 0) is None
+        if len(said) == 1 and said.isupper() and word[0].endswith(":"):
+            return self.letters.find(said) is None  # a point or a body, as in "about O:"
         if len(said) < _SHORTEST_WORD or _NO_PROSE.fullmatch(said):
             return False
-        if self._plain[word.end() : word.end() + 1] in ("(", "[", "{", "_", "^", "'"):
+        follows = self._plain[word.end() : word.end() + 3]
+        if follows[:1] in ("(", "[", "{", "_", "^", "'") and follows != "'s ":
             return False
         if self.letters.find(said) is not None or SPELLINGS.get(said, said) in FUNCTIONS:
             return False
@@ -1067,9 +1117,15 @@ def close_arguments(tokens: list[Token], letters: KnownLetters, text: str) -> It
             end = _find_end_of_exponent(tokens, at)
             yield from tokens[at:end]
             at = end
-        if at < len(tokens) and tokens[at].kind in ("LPAR", "LBRACE", "FRACTION", "LSQB"):
+        is_matrix = at < len(tokens) and token.value == "det" and tokens[at].kind == "LSQB"
+        if (
+            not is_matrix
+            and at < len(tokens)
+            and tokens[at].kind in ("LPAR", "LBRACE", "FRACTION", "LSQB")
+        ):
             continue
-        end = _find_end_of_argument(tokens, at, letters)
+        find = _find_end_of_bracket if is_matrix else _find_end_of_argument
+        end = find(tokens, at, letters)
         if end == at:
             place = tokens[at].start if at < len(tokens) else len(text) - 1
             raise FormulaError(
@@ -1094,14 +1150,19 @@ def _find_end_of_exponent(tokens: list[Token], at: int) -> int:
     if at < len(tokens) and tokens[at].kind == "MINUS":
         at += 1
     if at < len(tokens) and tokens[at].kind in OPEN:
-        depth = 0
-        while at < len(tokens):
-            depth += (tokens[at].kind in OPEN) - (tokens[at].kind in CLOSE)
-            at += 1
-            if not depth:
-                break
-        return at
+        return _find_end_of_bracket(tokens, at)
     return min(at + 1, len(tokens))
+
+
+def _find_end_of_bracket(tokens: list[Token], at: int, _: KnownLetters | None = None) -> int:
+    """Return the position after the bracket that is opened at a position."""
+    depth = 0
+    while at < len(tokens):
+        depth += (tokens[at].kind in OPEN) - (tokens[at].kind in CLOSE)
+        at += 1
+        if not depth:
+            break
+    return at
 
 
 def _find_end_of_argument(tokens: list[Token], at: int, letters: KnownLetters) -> int:

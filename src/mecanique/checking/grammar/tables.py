@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial, reduce
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -34,6 +34,29 @@ def write_out(sides: Sequence[Node]) -> list[tuple[Node, ...]]:
             raise FormulaError(what)
         columns.append(entries * count if len(entries) == 1 else entries)
     return list(zip(*columns, strict=True))
+
+
+_LARGEST = 5
+"""Largest number of rows of a determinant, which is written out."""
+
+
+def determinant(matrix: Node) -> Node:
+    """Return the determinant of a matrix, by its first row."""
+    table = _expand(matrix)
+    if isinstance(table, Node) or len(set(table.shape)) > 1 or len(table) > _LARGEST:
+        raise FormulaError(f"expected a square matrix of at most {_LARGEST} rows below det")
+    return _minor(table)
+
+
+def _minor(table: Table) -> Node:
+    if len(table) == 1:
+        return cast(Node, table[0, 0])
+    terms = []
+    for column, entry in enumerate(table[0]):
+        if not entry.is_zero:
+            term = multiply(entry, _minor(np.delete(table[1:], column, axis=1)))
+            terms.append(negate(term) if column % 2 else term)
+    return add(*terms)
 
 
 def _put_back(table: Table) -> Node:

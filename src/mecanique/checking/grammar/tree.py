@@ -76,6 +76,25 @@ def rename(node: Node, names: Mapping[str, str]) -> Node:
     return replace(node, parts=tuple(rename(part, names) for part in node.parts))
 
 
+def substitute(node: Node, name: str, formula: Node) -> Node:
+    """Return a part with a formula in place of a letter, at the same position."""
+    if node.kind == "letter" and node.name == name:
+        return formula.put_at(node.start)
+    if name not in node.letters:
+        return node
+    parts = [substitute(part, name, formula) for part in node.parts]
+    match node.kind:
+        case "sum":
+            built = add(*parts)
+        case "product":
+            built = multiply(*parts)
+        case "negative":
+            built = negate(parts[0])
+        case _:
+            built = compound(node.kind, *parts, name=node.name, columns=node.columns)
+    return built.at(node.start, node.end)
+
+
 def number(value: Fraction | int) -> Node:
     """Return a number."""
     return Node("number", value=Fraction(value))
@@ -202,6 +221,7 @@ FUNCTIONS: Mapping[str, Function] = {
     "ellipk": Function(_quarter_period, spellings=("EllipticK",)),
     "ellipk_of_modulus": Function(lambda k: _quarter_period(k * k)),
     "integral": Function(arguments=4),
+    "det": Function(spellings=("Det",)),
 }
 """The functions of formulas, by name."""
 

@@ -17,7 +17,16 @@ from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import Statement, name_values
 from mecanique.checking.grammar.scanner import BOTH_SIGNS
 from mecanique.checking.grammar.tape import FormulaTape, needed_values
-from mecanique.checking.grammar.tree import Node, add, letter, negate, number, rate
+from mecanique.checking.grammar.tree import (
+    Node,
+    add,
+    call,
+    letter,
+    negate,
+    number,
+    rate,
+    substitute,
+)
 from mecanique.checking.judgement.equilibria import judge_positions
 from mecanique.checking.judgement.motion import EQUATION_HOLDS, Residual, residuals
 from mecanique.checking.judgement.quantities import (
@@ -100,6 +109,7 @@ def _judge_value(
     by_letter = quantity.kind == "letters"
     fixed = {**quantity.more, **cases[0]} if by_letter else {}
     all_judged: list[Judged] = []
+    statements, helpers = _insert_values(statements, letters if quantity.kind == "several" else ())
     for statement in statements:
         if by_letter:
             _refuse_formula(statement, f"one of {', '.join(letters)}", text)
@@ -138,8 +148,41 @@ def _judge_value(
         elif by_letter:
             judged = replace(judged, says=_slopes_of(best, quantity.needed or letters))
         all_judged.append(_judge_form(judged, best, truth, quantity))
+    # ω0 = √(k/m) may only be what the damped frequency is written with
+    aside = {*map(id, helpers)}
+    kept = [judged for judged in all_judged if judged.agrees or id(judged.statement) not in aside]
+    all_judged = kept or all_judged
     kind = "frequencies" if several else "equations"
     return _tell_missing(all_judged, kind) if several or quantity.needed else all_judged
+
+
+_HELPER = re.compile(r"(?:omega|w|f|nu|T)[0n]")
+"""Letters of frequencies that others are written with."""
+
+
+def _insert_values(
+    statements: Sequence[Statement], letters: Sequence[str]
+) -> tuple[list[Statement], list[Statement]]:
+    """Return answers with what they give for letters in place of these in others.
+
+    With them come those that may be no answers themselves.
+    """
+    inserted, helpers = [*statements], list[Statement]()
+    for k, statement in enumerate(statements):
+        first, formula = statement.sides[0], inserted[k].sides[-1]
+        if first.kind == "power" and first.parts[1].value == 2:
+            first, formula = first.parts[0], call("sqrt", formula)
+        name = first.name if first.kind == "letter" else ""
+        if name not in letters or not statement.is_equation or name in formula.letters:
+            continue
+        for other, (left, *rest) in ((i, line.sides) for i, line in enumerate(inserted)):
+            if other != k and any(name in side.letters for side in rest):
+                rest = [substitute(side, name, formula) for side in rest]
+                inserted[other] = replace(inserted[other], sides=(left, *rest))
+                helpers += [inserted[k]] if _HELPER.fullmatch(name) else []
+    # a later line may have changed the one that is kept
+    texts = {helper.text for helper in helpers}
+    return inserted, [line for line in inserted if line.text in texts]
 
 
 def _mirror(values: Mapping[str, Array]) -> dict[str, Array]:

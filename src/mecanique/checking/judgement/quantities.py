@@ -233,7 +233,7 @@ class _Asked:
             series=reactions,
             derivation=derivation,
             needed=needed,
-            aliases={"N": normal[0]} if len(normal) == 1 else {},
+            aliases=dict.fromkeys("NTS", normal[0]) if len(normal) == 1 else {},
         )
 
     def _part_wheels(self, derivation: Derivation) -> dict[str, Array]:
@@ -390,13 +390,16 @@ class _Asked:
         """Return the momenta and their rates in true motions."""
         if any(not velocity.endswith("'") for velocity in self._truth.velocities):
             raise InputError("the velocities are not the rates of coordinates")
-        here, L = self._truth.at({}), self._lagrange.T - self._lagrange.V
+        here, derivation = self._truth.at({}), self._truth.closed_form
         momenta = here.stack(self._momenta).T
         rates = here.stack([momentum.ddt() for momentum in self._momenta]).T
         # of a momentum that is constant only rounding is left
         size = np.abs(momenta).max(axis=1, initial=0.0, keepdims=True)
         rates = np.where(np.abs(rates) <= _ROUNDING * size, 0.0, rates)
-        slopes = [L.diff(velocity.removesuffix("'")) for velocity in self._truth.velocities]
+        slopes = []
+        for momentum, h, Q in zip(self._momenta, derivation.h, derivation.Q, strict=True):
+            # of d/dt of a momentum M v, what has no acceleration
+            slopes.append(Q - h + momentum.ddt().linear(self._truth.accelerations)[1])
         return AskedQuantity(
             name=name,
             kind="rates of momenta",

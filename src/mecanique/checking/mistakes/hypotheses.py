@@ -96,7 +96,7 @@ class RightEquations:
         derived = _derive_tree(mechanism)
         if derived is None or derived[0].algebra.velocities != self.truth.velocities:
             return None
-        return self._evaluate(*derived)
+        return self.evaluate(*derived)
 
     def split(self, mechanism: Mechanism) -> tuple[EquationValues, EquationValues] | None:
         """Return the terms of a changed mechanism without gravity, and those that it adds."""
@@ -106,11 +106,12 @@ class RightEquations:
 
     def reread(self, read: Reading) -> EquationValues:
         """Return the right equations with letters taken for others."""
-        return self._evaluate(self.derivation, self.V, read)
+        return self.evaluate(self.derivation, self.V, read)
 
-    def _evaluate(
+    def evaluate(
         self, derivation: Derivation, V: Series, read: Reading | None = None
     ) -> EquationValues:
+        """Return the terms of a derivation in the states, or with letters taken for others."""
         values = self.sample.values
         taken = {**values, **(read(values) if read else {})}
         here = SeriesValues(derivation, taken, self.sample.count)
@@ -324,22 +325,30 @@ _MOST_VELOCITIES = 3
 
 
 def mistake_velocities(right: RightEquations) -> Iterator[WrongDerivation]:
-    """Yield equations that lack a component of the velocity of a body's center of mass."""
+    """Yield equations that lack a part of a body's velocity in T, or the products of rates."""
     algebra, kinematics = right.derivation.algebra, right.lagrange.kinematics
     bodies = [body for body in right.truth.mechanism.bodies if plain(body.mass) != 0]
     quasi = any(not name.endswith("'") for name in algebra.velocities)
     if quasi or len(algebra.velocities) > _MOST_VELOCITIES:
         return
+    lacking = list[tuple[float, str, Series]]()
     for body in bodies:
         velocity = kinematics.velocity(body.name, body.center)
         parts = [(axis, speed) for axis, speed in zip("xyz", velocity, strict=True) if speed]
         for axis, speed in parts if parts[1:] else ():
-            T = speed * speed * algebra.series(body.mass) / 2
-            M, h = mass_and_bias(algebra, [row.value for row in algebra.ring.euler(T)])
-            dM = np.stack([right.value.stack(row) for row in M], axis=1)
-            less = EquationValues(dM, right.value.stack(h), np.zeros_like(right.terms.V))
             what = f"the {axis} component of the velocity of {body.name!r} is missing in T"
-            yield WrongDerivation("missing", what, 1.05, right.terms.plus(less, -1))
+            lacking.append((1.05, what, speed * speed * algebra.series(body.mass) / 2))
+    v = [algebra.ring[name] for name in algebra.velocities]
+    pairs = combinations(range(len(v)), 2)
+    products = algebra.ring.sum([right.derivation.M[i][j] * v[i] * v[j] for i, j in pairs])
+    if products:
+        what = "the coupling is missing: T lacks its products of different rates"
+        lacking.append((1.2, what, products))
+    for weight, what, T in lacking:
+        M, h = mass_and_bias(algebra, [row.value for row in algebra.ring.euler(T)])
+        dM = np.stack([right.value.stack(row) for row in M], axis=1)
+        less = EquationValues(dM, right.value.stack(h), np.zeros_like(right.terms.V))
+        yield WrongDerivation("missing", what, weight, right.terms.plus(less, -1))
 
 
 def _collect_quadratic(right: RightEquations, h: Sequence[Series], names: Sequence[str]) -> Array:
@@ -502,6 +511,31 @@ def mistake_parts(right: RightEquations) -> Iterator[WrongDerivation]:
                 weight = 1.2 + 0.3 * (kind == "factor")
                 yield WrongDerivation(kind, what, weight, less.plus(acting, factor))
         yield from _forget_free_length(right, mechanism, force)
+        if not mechanism.constrained and len(right.truth.velocities) <= _MOST_VELOCITIES:
+            yield from _hold_end(right, replace(mechanism, forces=others), force)
+
+
+def _hold_end(
+    right: RightEquations, without: Mechanism, force: AnyForce
+) -> Iterator[WrongDerivation]:
+    """Yield equations with a force between moving bodies as if a coordinate were zero."""
+    derived = _derive_tree(without)
+    if derived is None or derived[0].algebra.velocities != right.truth.velocities:
+        return
+    less = right.evaluate(*derived)
+    felt = (np.abs(right.terms.rest - less.rest) > _FELT * np.abs(right.terms.rest)).any(axis=0)
+    for k in np.flatnonzero(felt) if np.count_nonzero(felt) > 1 else ():
+        velocity = right.truth.velocities[k]
+        name = velocity.removesuffix("'")
+        stop = partial(_stop, (name, velocity))
+        acting = right.reread(stop).plus(right.evaluate(*derived, stop), -1)
+        acting.rest[:, k] = 0.0
+        what = f"the force {force.name!r} acts as if {name} were zero, not by its relative motion"
+        yield WrongDerivation("relative", what, 1.15, less.plus(acting))
+
+
+def _stop(names: Sequence[str], values: Mapping[str, Array]) -> dict[str, Array]:
+    return {name: np.zeros_like(values[name]) for name in names}
 
 
 def _forget_free_length(
@@ -605,11 +639,15 @@ def _piece(
                 spun = particle.plus(terms.plus(particle, -1), factor / usual)
                 mistakes.append(("inertia", 1.25, f"the inertia of {{}} is that of a {form}", spun))
         if shape.form == "slender rod" and turning is not moving:
-            # of m l²/2 a quarter is Steiner's term, and as much is left: three times its own
-            disk = "the inertia of {} about the joint is that of a disk, m l²/2"
-            mistakes.append(("inertia", 1.25, disk, terms.plus(terms.plus(particle, -1), 2.0)))
+            # m l²/4 is Steiner's term, and as much is left of m l²/2: three times its own
+            for more, said in ((2.0, "disk, m l²/2"), (0.8, "ball, 2 m l²/5")):
+                words = f"the inertia of {{}} about the joint is that of a {said}"
+                wrong = terms.plus(terms.plus(particle, -1), more)
+                mistakes.append(("inertia", 1.25, words, wrong))
         if any(plain(x) for x in shape.center):
             mistakes += _at_end(right, mechanism, piece, (particle, still))
+    elif shape.form == "particle" and not mechanism.constrained:
+        mistakes += _as_body(right, mechanism, piece)
     yield from mistakes
 
 
@@ -617,12 +655,46 @@ _ROUND = {"thin ring": 1.0, "thin disk": 0.5, "solid ball": 0.4}
 """Moments of inertia about their axes that are mistaken for each other, of m r²."""
 
 
+_BODIES = {
+    1 / 3: (1.25, "of a rod about its end, m l²/3"),
+    1 / 12: (1.25, "of a rod about its center, m l²/12"),
+    1 / 2: (1.45, "of a disk, m l²/2"),
+    2 / 5: (1.25, "of a ball, 2 m l²/5"),
+    4 / 3: (1.25, "of a rod twice as long about its end, 4 m l²/3"),
+}
+"""Shares of m l² that are mistaken for the inertia of a particle about its joint."""
+
+
+def _as_body(
+    right: RightEquations, mechanism: Mechanism, piece: _Piece
+) -> Iterator[tuple[str, float, str, EquationValues]]:
+    """Yield a particle away from its joint with the inertia of a body, or as a rod."""
+    turning = _turn_about_joint(right, mechanism, piece)
+    if turning is None:
+        return
+    for share, (weight, said) in _BODIES.items():
+        what = f"the inertia of {{}}, a particle, is that {said}"
+        yield "inertia", weight, what, right.terms.plus(turning, share - 1)
+    x, y, z = piece.shape.center
+    inertia = tuple(piece.shape.mass * square / 12 for square in _square(piece.shape))
+    rod = replace(piece.shape, center=(x / 2, y / 2, z / 2), inertia=inertia)
+    if (terms := right.rebuild(piece.put(mechanism, rod))) is not None:
+        what = "{}, a particle, is taken for a uniform rod from the joint to it"
+        yield "inertia", 0.95, what, terms
+
+
+def _square(shape: Shape) -> tuple[Any, ...]:
+    """Return the moments and products of inertia about the joint of a unit mass at the center."""
+    x, y, z = shape.center
+    across = (y * y + z * z, x * x + z * z, x * x + y * y)
+    return (*across, -x * y, -x * z, -y * z)
+
+
 def _turn_about_joint(
     right: RightEquations, mechanism: Mechanism, piece: _Piece
 ) -> EquationValues | None:
     """Return the terms of Steiner's part of the inertia about the joint, None if it is zero."""
-    x, y, z = piece.shape.center
-    squares = (y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)
+    squares = _square(piece.shape)
     if not any(plain(entry) for entry in squares):
         return None
     pairs = zip(piece.shape.inertia, squares, strict=True)
@@ -639,8 +711,11 @@ def _at_end(
 ) -> Iterator[tuple[str, float, str, EquationValues]]:
     """Yield a piece with its mass, or with its weight alone, at its end."""
     particle, still = known
-    x, y, z = piece.shape.center
-    far = replace(piece.shape, center=(2 * x, 2 * y, 2 * z))
+    above, below, said = (
+        (4, 3, "") if piece.shape.form == "solid cone" else (2, 1, " (twice the arm)")
+    )
+    x, y, z = (above * x / below for x in piece.shape.center)
+    far = replace(piece.shape, center=(x, y, z))
     point = right.rebuild(piece.put(mechanism, replace(far, inertia=_NONE)))
     # along the axis about which it turns, its end is no other place than its center
     if point is not None and _differ(point.M, particle.M):
@@ -656,7 +731,7 @@ def _at_end(
             inertia_alone,
         )
     if there is not None:
-        what = "the weight of {} acts at its end instead of its center (twice the arm)"
+        what = f"the weight of {{}} acts at its end instead of its center{said}"
         yield "weight", 1.0, what, still.plus(there[1])
 
 

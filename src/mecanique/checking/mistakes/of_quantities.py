@@ -93,7 +93,7 @@ class QuantityMistakes:
                 if repeated and mistake.kind == "simple system":
                     continue  # other roots of a polynomial may be right
                 every = all if repeated else any
-                explains = every(
+                explains = (not repeated and _holds_in_turn(residual, claims)) or every(
                     _holds(residual, [claim]) or _is_rounded(residual, claim) for claim in claims
                 )
             if explains:
@@ -141,7 +141,12 @@ class QuantityMistakes:
         states: Mapping[str, Array] = MappingProxyType({}),
     ) -> Claims:
         """Return the values of all letters where a quantity has these."""
-        return [{**self._truth.sample.values, **states, **dict.fromkeys(quantity.letters, values)}]
+        claimed, right = dict.fromkeys(quantity.letters, values), quantity.values
+        if right is not None:
+            # a transform is as many times too large as the transfer function
+            more = {name: x for name, x in quantity.more.items() if name in claimed}
+            claimed |= {name: x * values / right for name, x in more.items()}
+        return [{**self._truth.sample.values, **quantity.more, **states, **claimed}]
 
     def _claim_readings(self, quantity: AskedQuantity) -> Iterator[tuple[Mistake, Claims]]:
         """Yield relative for absolute coordinates, and angles from a line at right angles."""
@@ -454,6 +459,13 @@ def _holds(residual: Residual, claims: Claims) -> bool:
     ]
     compared = [values[np.isfinite(values)] for values in relative or [tables[0].relative]]
     return len(compared[0]) > 0 and all((values <= _ALIKE).all() for values in compared)
+
+
+def _holds_in_turn(residual: Residual, claims: Claims) -> bool:
+    """Whether a formula holds in each state for one of several values, sorted by size."""
+    off = np.fmin.reduce([residual.evaluate(claim).relative for claim in claims])
+    off = off[np.isfinite(off)]
+    return len(off) > 0 and bool((off <= _ALIKE).all())
 
 
 def _is_rounded(residual: Residual, claim: Mapping[str, Array]) -> bool:

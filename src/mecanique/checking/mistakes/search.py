@@ -69,6 +69,8 @@ class Context:
         """The possible arguments of sine and cosine, by their formula."""
         fixed = [name for name, unit in self.units.items() if unit == "rad"]
         arguments = combine_angles([*self.angles, *fixed], self.values)
+        turning = [name for name, unit in self.units.items() if unit in ("rad/s", "1/s")]
+        arguments |= {f"{name} t": self.values[name] * self.values["t"] for name in turning}
         for name in tuple(arguments):
             arguments[f"2 {name}" if " " not in name else f"2 ({name})"] = 2 * arguments[name]
         return arguments
@@ -322,7 +324,7 @@ def _vary_wave(part: FormulaPart) -> Iterator[_Candidate]:
         if not any((np.abs(angle - known) <= ALIKE).all() for known in (inner, *degrees)):
             text = f"{said} {name}({formula})"
             # a mere number is no other angle
-            if any(name.isidentifier() and name != "pi" for name in argument.letters):
+            if any(n.isidentifier() and n not in ("pi", "t") for n in argument.letters):
                 text += ": relative and absolute angles are mixed up"
             yield written(angle), "angle", text, 1.2
             yield swapped(angle), "angle", f"{said} {turned}({formula})", 2.2
@@ -454,7 +456,8 @@ def repair_term(part: FormulaPart) -> Iterator[Mistake]:
     size = part.residual.values.sizes[part.tape.parents[part.place]][part.usable]
     if (np.abs(part.want) <= 1e-9 * size).all() and not part.is_below_root:
         text = f"the term '{part.quoted}' does not belong there"
-        yield Mistake("extra", text, part.quoted, 0.95)
+        # a number that is added to another says less than the inertia that it stands for
+        yield Mistake("extra", text, part.quoted, 0.95 if part.node.letters else 1.35)
         return
     mean = float(ratio.mean())
     if float(np.ptp(ratio)) <= ALIKE * abs(mean):
@@ -497,6 +500,21 @@ def repair_term(part: FormulaPart) -> Iterator[Mistake]:
         else:
             text = f"the term '{part.quoted}' lacks the factor {name}"
             yield Mistake(kind, text, part.quoted, 2.0)
+    if not alike.any():
+        yield from _scale_by_factor(part, ratio / rows, names)
+
+
+def _scale_by_factor(part: FormulaPart, shares: Array, names: Sequence[str]) -> Iterator[Mistake]:
+    """Yield that a term lacks a factor or divisor times a number."""
+    means = shares.mean(axis=1)
+    alike = (np.ptp(shares, axis=1) <= ALIKE * np.abs(means)) & (np.abs(means) <= _USUAL)
+    for place in np.flatnonzero(alike):
+        number = Fraction(float(means[place])).limit_denominator(_USUAL)
+        if number and abs(means[place] / float(number) - 1) < ALIKE:
+            said = "factor" if place < len(names) else "divisor"
+            number = number if place < len(names) else 1 / number
+            text = f"the term '{part.quoted}' lacks the {said} {number} {names[place % len(names)]}"
+            yield Mistake("factor missing", text, part.quoted, _UNLIKELY + 0.05)
 
 
 def _read_ratio(ratio: str, *, upright: bool) -> list[str]:
@@ -893,7 +911,8 @@ class Search:
                 if residual.sample is self._truth.sample:
                     repaired = _list_in_time(repairs(residual, self.context, text, exact))
                     if all(m.weight >= _UNLIKELY for m in (*repaired, *mistakes)):
-                        repaired = _list_in_time(mend_twice(residual, self.context, text))
+                        repaired += _list_in_time(mend_twice(residual, self.context, text))
+                        repaired += _list_in_time(self._find_other_terms(residual, text))
                     mistakes += _in_equation(repaired, number)
                 causes = _rank(_misfits(self.units, residual, number, text, defined), mistakes)
             # a motion without any force is no linearized one
@@ -1024,10 +1043,40 @@ class Search:
             slopes = residual.by_unknown
             moved = np.einsum("nv,hnv->hn", slopes, step)
             size = residual.values.size + np.einsum("nv,hnv->hn", np.abs(slopes), np.abs(step))
-            left = np.abs(residual.values.whole + moved) / size
+            # where all is zero, as in x'' = 0 of what falls, there is nothing to compare
+            left = np.abs(residual.values.whole + moved) / np.where(size > 0, size, 1.0)
             left[:, ~residual.finite] = 0.0
             columns.append((left <= _HOLDS).all(axis=1))
         return np.stack(columns, axis=-1)
+
+    def _find_other_terms(self, residual: Residual, text: str) -> Iterator[Mistake]:
+        """Yield terms of an equation that stand in place of others of a row as it is derived."""
+        right, slopes = self._hypotheses.right, residual.by_acceleration
+        tape, whole = residual.tape, residual.values
+        if not residual.root.letters & {*self.context.units}:
+            return  # numbers stand for all parameters
+        needed = needed_values(tape, whole, np.zeros(residual.sample.count))
+        for k, row in enumerate(right.derivation.h):
+            column = int(np.abs(right.terms.M[:, k]).sum(axis=0).argmax())
+            scale = slopes[:, column] / right.terms.M[:, k, column]
+            if not np.allclose(slopes, scale[:, None] * right.terms.M[:, k], rtol=ALIKE, atol=0.0):
+                continue
+            # of a row M a + h − Q, on whichever side of the equation its terms are written
+            parts = [s for side in (row, right.derivation.Q[k]) for s in (side, *side.split())]
+            values = [(part, scale * right.value(part)) for part in dict.fromkeys(parts) if part]
+            for place, node in enumerate(tape.nodes):
+                written = node.quote(text)
+                is_term = tape.nodes[tape.parents[place]].kind == "sum" and written
+                # a term of a product of matrices is not written as such
+                if is_term and all(written.count(a) == written.count(b) for a, b in ("[]", "()")):
+                    for series, value in values:
+                        if _alike(np.abs(needed[place]), np.abs(value)):
+                            # the sign that moves a side to the left is not written
+                            moved = node.kind == "negative" and written[0] not in "-−"
+                            same = _alike(needed[place], value) != moved
+                            term = expression(series if same else -series).text()
+                            said = f"'{written}' stands in place of the term {term}"
+                            yield Mistake("term", said, written, _UNLIKELY)
 
     def _find_exact(self, residual: Residual) -> tuple[str, ...]:
         """Return which of "M" and "rest" of a row stand in an equation as they are derived."""
@@ -1035,12 +1084,14 @@ class Search:
         sample, right = self._truth.sample, self._hypotheses.right.terms
         if residual.sample is not sample or self._truth.derivation is None:
             return ()
+        if len(self._truth.multipliers) and not residual.root.letters & {*self._truth.multipliers}:
+            return ()  # those who eliminate multipliers write no row as it is derived
         slopes = residual.by_acceleration
         rest = residual.values.whole - np.einsum("nv,nv->n", slopes, sample.a)
         exact = []
         for name, given, true in (("M", slopes, right.M), ("rest", rest, right.rest)):
             rows = np.moveaxis(true, 1, 0)
-            if any(_alike(np.abs(given), np.abs(row)) for row in rows):
+            if any(row.any() and _alike(np.abs(given), np.abs(row)) for row in rows):
                 exact.append(name)
         return tuple(exact)
 
