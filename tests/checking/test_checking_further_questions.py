@@ -87,6 +87,8 @@ ANSWERED = (
     ("double_pendulum", "equilibrium", "{q1, q2} = {0,0}, {0,π}, {π,0}, {π,π}", "right", ""),
     ("double_pendulum", "equilibrium", "q1 = 0 or π, q2 = 0 or π or 1", "wrong", ""),
     ("cart_pole", "equilibrium", "q = 0 or q = π, x arbitrary", "right", ""),
+    ("cart_pole", "equilibrium", "q = n π, x ∈ ℝ", "right", ""),
+    ("cart_pole", "equilibrium", "(0, 0), (0, π)", "incomplete", "any other x is missing"),
     ("simple_pendulum", "equilibrium", "q = 0 (stable), q = π (unstable)", "right", ""),
     (
         *("bead_on_hoop", "equilibrium"),

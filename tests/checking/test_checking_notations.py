@@ -367,6 +367,11 @@ def test_the_same_notations_with_a_slip_are_not_right(
     assert mq.check(mq.textbook.load(system), text, ask).outcome == outcome
 
 
+def test_a_letter_that_may_be_a_tangential_force_is_asked_for() -> None:
+    with pytest.raises(mq.FormulaError, match="unknown letter 'T'"):
+        mq.check(mq.textbook.load("rigid_bar_pendulum"), "T = m g sin(q)/4", "reaction")
+
+
 @pytest.mark.parametrize(
     ("system", "text"),
     [

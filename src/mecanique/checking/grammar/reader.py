@@ -340,6 +340,8 @@ _LISTED = re.compile(r"([^=;()\n]+)=([^=;()\n]+)")
 _REMARK = re.compile(
     r"(?<![ ,;])[ ,;]*(?:(?:\band )?\b\w+ (?:is )?(?:arbitrary|any|free|beliebig)\b"
     r"|\bany \w+\b(?![ ]*[=(])"
+    r"|(?:∀ ?|\\forall ?)?\b\w+ ?(?:∈|\\in\b) ?(?:ℝ|R\b|\\mathbb ?\{? ?R ?\}?|\\R\b)"
+    r"|∀ ?\w+\b"
     r"|\b(?:if|when|for|provided|falls|wenn|si)\b[^=\n;]{0,99}(?:[<>≤≥]|\\[lg]eq?(?![a-z]))[^\n;]*)"
 )
 """What is free in an equilibrium, and for which parameters there is one."""

@@ -1,7 +1,8 @@
 """Judge sets of equilibria: each position by its balance, and all of them by a search of one's own.
 
 The search starts Newton's method from a grid over the coordinates that matter, in a few states with
-their own parameters. Families of equilibria, as of a coordinate without stiffness, are not counted.
+their own parameters. Of a coordinate that nothing feels, every value belongs to an equilibrium: an
+answer leaves it open.
 """
 
 from __future__ import annotations
@@ -267,6 +268,10 @@ def judge_positions(
         missing |= {equilibria.name(true[k], state): None for k in np.flatnonzero(lacking)}
         if missing:
             break
+    for name in equilibria.coordinates:
+        fixing = (any(name in _unknowns(s, equilibria) for s in p.statements) for p in positions)
+        if name not in equilibria.felt and all(fixing):
+            missing[f"any other {name}"] = None
     wrong = any(position.worst or position.fault for position in positions)
     return positions, [] if wrong else list(missing)[:_SHOWN]
 

@@ -223,6 +223,8 @@ class _Asked:
             )
         needed = tuple(filter(None, what.split(", ")))
         normal = [letter for letter in letters if letter.endswith(("_n", "_normal"))]
+        # beside a tangential force, T may be that one
+        usual = "N" if any(letter.endswith(("_t", "_x", "_y")) for letter in letters) else "NTS"
         if unknown := sorted({*needed} - {*letters}):
             raise UnknownNameError("reaction", unknown[0], letters)
         return AskedQuantity(
@@ -233,7 +235,7 @@ class _Asked:
             series=reactions,
             derivation=derivation,
             needed=needed,
-            aliases=dict.fromkeys("NTS", normal[0]) if len(normal) == 1 else {},
+            aliases=dict.fromkeys(usual, normal[0]) if len(normal) == 1 else {},
         )
 
     def _part_wheels(self, derivation: Derivation) -> dict[str, Array]:
