@@ -127,7 +127,12 @@ def read_urdf(
     report.refuse(strict=strict)
     if mechanism is None or document is None:
         raise InputError(f"expected a URDF, got {path_or_text!r}")
-    mechanism = replace(mechanism, origin=Origin(report.file, document.text, report.flaws))
+    expanded = any(finding.name == "xacro-in-urdf" for finding in report.findings)
+    mechanism = replace(
+        mechanism,
+        origin=Origin(report.file, document.text, report.flaws),
+        about="Its xacro macros were expanded." if expanded else "",
+    )
     if loops is not None:
         mechanism = with_loops(mechanism, loops)
     kept = {parameters} if isinstance(parameters, str) else set(parameters)
