@@ -190,7 +190,7 @@ class ClosureError(MecaniqueError):
         Traceback (most recent call last):
             ...
         mecanique.errors.ClosureError: mechanism 'four_bar_linkage': loop 'C' cannot be closed
-        from there; the nearest position found leaves it open by 7.8 m (C: y); try another
+        from there; the nearest position found leaves it open by 7.8 m (C: x); try another
         guess, or check its lengths
     """
 

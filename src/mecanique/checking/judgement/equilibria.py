@@ -268,10 +268,10 @@ def judge_positions(
         missing |= {equilibria.name(true[k], state): None for k in np.flatnonzero(lacking)}
         if missing:
             break
-    for name in equilibria.coordinates:
-        fixing = (any(name in _unknowns(s, equilibria) for s in p.statements) for p in positions)
-        if name not in equilibria.felt and all(fixing):
-            missing[f"any other {name}"] = None
+    fixed = {*equilibria.coordinates} - {*equilibria.felt}
+    for position in positions:
+        fixed &= set().union(*(_unknowns(line, equilibria) for line in position.statements))
+    missing |= {f"any other {name}": None for name in sorted(fixed)}
     wrong = any(position.worst or position.fault for position in positions)
     return positions, [] if wrong else list(missing)[:_SHOWN]
 
