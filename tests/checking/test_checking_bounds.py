@@ -73,6 +73,14 @@ def test_hostile_texts_are_refused_at_once(
     assert time.thread_time() - start < budget.SECONDS
 
 
+def test_positions_of_several_coordinates_are_read_in_linear_time() -> None:
+    cart_pole = mq.textbook.load("cart_pole")
+    start = time.thread_time()
+    with pytest.raises(mq.FormulaError, match="expected at most 20,000 characters"):
+        mq.check(cart_pole, "a," * 100_000, "equilibrium")
+    assert time.thread_time() - start < budget.SECONDS
+
+
 @pytest.mark.usefixtures("patience")
 @pytest.mark.parametrize("terms", [600, 1900])
 def test_a_sum_of_many_terms_is_judged(terms: int) -> None:

@@ -336,7 +336,7 @@ _VALUES = re.compile(
     r"(?:[\s\d.,;+−±°π*/()^-]|\\?pi(?![a-z])|deg(?:rees?)?|\\circ|and|or|und|oder|\\pm)+"
 )
 _OR = re.compile(r"\b(?:and|or|und|oder)\b")
-_LISTED = re.compile(r"([^=;()\n]+)=([^=;()\n]+)")
+_LISTED = re.compile(r"(?<![^=;()\n])([^=;()\n]+)=([^=;()\n]+)")
 _REMARK = re.compile(
     r"(?<![ ,;])[ ,;]*(?:(?:\band )?\b\w+ (?:is )?(?:arbitrary|any|free|beliebig)\b"
     r"|\bany \w+\b(?![ ]*[=(])"
