@@ -67,8 +67,8 @@ class _Program(click.Group):
 def app() -> None:
     """Derive equations of motion, check them against Pinocchio, and set them in motion.
 
-    A SYSTEM is the name of a textbook system, the path of a URDF file, or the name of a robot from
-    example-robot-data.
+    A SYSTEM is the name of a textbook system, a URDF, xacro, MJCF or SDF file, or the name of a
+    robot from example-robot-data.
     """
 
 

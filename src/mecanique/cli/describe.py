@@ -56,7 +56,7 @@ def urdf(chosen: Chosen, output: Path | None) -> None:
 
 
 @click.command(epilog="Example: mecanique lint panda --json")
-@click.argument("file", metavar="FILE", help="A URDF file, or the name of a robot.")
+@click.argument("file", metavar="FILE", help="A URDF, xacro, MJCF or SDF file, or a robot's name.")
 @options.as_json
 @click.option("--sarif", "as_sarif", is_flag=True, help="Print SARIF, for editors and code hosts.")
 @click.option("--fix", is_flag=True, help="Make every safe repair in a copy.")
@@ -133,7 +133,7 @@ def lint(
 
 
 @click.command(epilog="Example: mecanique diff old.urdf new.urdf")
-@click.argument("first", metavar="A", help="A URDF file, robot or system.")
+@click.argument("first", metavar="A", help="A URDF, xacro, MJCF or SDF file, robot or system.")
 @click.argument("second", metavar="B", help="The other.")
 @options.as_json
 @report_errors

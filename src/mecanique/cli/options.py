@@ -47,7 +47,7 @@ def output(said: str, **more: Any) -> Decorator:
 _system = click.argument(
     "system",
     metavar="SYSTEM",
-    help="A textbook system (see 'mecanique list'), the path of a URDF file, "
+    help="A textbook system (see 'mecanique list'), a URDF, xacro, MJCF or SDF file, "
     "or the name of a robot, e.g. panda.",
 )
 

@@ -33,7 +33,7 @@ _PROCESSES = 2
     "system",
     required=False,
     metavar="[SYSTEM]",
-    help="A textbook system, a URDF file or a robot's name.",
+    help="A textbook system, a URDF, xacro, MJCF or SDF file, or a robot's name.",
 )
 @click.option(
     "--samples",

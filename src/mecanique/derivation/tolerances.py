@@ -121,6 +121,10 @@ DEAD = 1e-13
 LEAST_MARGIN = 1e-30
 """A margin above zero where nothing presses [N]."""
 
+FRICTIONLESS = 1e-30
+"""Part of the rate that a unit normal impulse causes, added to what friction causes: it makes the
+direction of sticking zero, not 0/0, where nothing rubs, and is far below rounding elsewhere."""
+
 SAME_PROGRAM = 1e-9
 """A program agrees with the engine's quantities to this part of the largest."""
 

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.derivation.mechanics.letters import Letters
-from mecanique.derivation.tolerances import ALIGNED, CLOSED_GAP, REDUNDANT, STILL
+from mecanique.derivation.tolerances import ALIGNED, CLOSED_GAP, FRICTIONLESS, REDUNDANT, STILL
 from mecanique.errors import InputError
 from mecanique.model.constraint_base import GuidingElement, JointRow, PressingContact
 from mecanique.model.constraints.friction import Contact, Switching
@@ -30,8 +30,6 @@ Scalars: TypeAlias = npt.NDArray[Any]
 
 OPEN, CLOSED, STICKS = "open", "closed", "sticks"
 FORWARD, BACKWARD, SLIPS = "slips +", "slips -", "slips"
-ABSENT = 1e-30
-"""A part that is none."""
 
 
 @final
@@ -172,7 +170,10 @@ def list_elements(
 
 
 def _list_edges(mechanism: Mechanism, element: Any) -> Iterator[str]:
-    """Yield the sides that a side meets in an edge: of one body, touched by the same point."""
+    """Yield the sides that a side meets in an edge: of one body, touched by the same point.
+
+    Where they meet is judged at the mechanism's own parameters.
+    """
     if not isinstance(element, Contact) or not element.ends:
         return
 
@@ -401,13 +402,15 @@ def _follow_routh(
     way, speed = sign(slip), absolute(slip)
     slows, parts = rubbed - way * across, yields - way * turned
     outside = positive(absolute(across) - rubbed)
-    ray = -1.0 * across / (rubbed + outside + ABSENT * yields)
+    ray = -1.0 * across / (rubbed + outside + FRICTIONLESS * yields)
     approach = positive(-1.0 * terms.rates.T[normal])
     gain = approach * (1.0 if element.by_impulse else 1.0 + element.restitution)
     lacks = gain * slows - parts * speed
     rounding = STILL * (absolute(gain * slows) + absolute(parts * speed))
     stops = sign(positive(lacks - rounding)) * sign(approach)
     goes = 1.0 - stops
+    # a tape evaluates all cases: the divisor of one that is not taken, which may be zero, is made
+    # that of a normal impulse, which never is
     until = stops * speed / (stops * slows + goes * yields)
     later = yields + ray * turned
     frees = sign(positive(later - REDUNDANT * yields))
