@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from types import MappingProxyType
@@ -12,16 +12,9 @@ from typing import final
 import numpy as np
 
 from mecanique.checking.budget import bound_work
-from mecanique.checking.grammar.letters import KnownLetters, key_of
-from mecanique.checking.grammar.reader import (
-    ReadText,
-    define,
-    define_joint_positions,
-    eliminate,
-    read_answer,
-    write_positions_out,
-)
-from mecanique.checking.grammar.states import write_states_out
+from mecanique.checking.conventions import Prompt, read_as_usual
+from mecanique.checking.grammar.letters import KnownLetters
+from mecanique.checking.grammar.reader import ReadText, define, define_joint_positions
 from mecanique.checking.grammar.tree import Node
 from mecanique.checking.judgement.formula import (
     Judged,
@@ -31,7 +24,7 @@ from mecanique.checking.judgement.formula import (
 )
 from mecanique.checking.judgement.motion import CommonFactors, Residual, count_missing, count_rank
 from mecanique.checking.judgement.proof import Proof
-from mecanique.checking.judgement.quantities import ENERGIES, AskedQuantity, ask_for
+from mecanique.checking.judgement.quantities import AskedQuantity, ask_for
 from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes.search import Search
 from mecanique.checking.mistakes.units import UnitMisfitError
@@ -47,27 +40,6 @@ _STRETCHED = 1e-6
 
 _DENOMINATOR = re.compile(r"/(\d+[^\W\d_]\w*)(?![\w({])")
 """A denominator of a number and letters without brackets, as in 3g/2l."""
-
-
-_RATE = re.compile(r"(?:v|w|u|omega)(\d?)")
-"""Usual letters of rates in a state-space form."""
-
-_STATE = re.compile(r"([^\W\d_]+)\d'?")
-"""A numbered state."""
-
-_PLUS_CONSTANT = re.compile(
-    r"(?<=[^=(,;\s])[^\S\n]?[+=-]\s?(?:\\(?:text|mathrm)\{)?(C|[CcVE]_?\{?[0-9]\}?|const|constant)\b"
-    r"\.?\}?\s{0,3}(?=$|[\n;,.$])"
-)
-"""The constant that is left open in an energy."""
-
-_OF_STATE = re.compile(
-    r"(?<![A-Za-z])(?P<name>[A-Za-z]+)(?P<brace>\}?)\s*(?:\\left\s*)?\([^()=+*/^-]*\)(?=\s*&?=)"
-)
-"""What M(q) = … or H(q, p) = … depends on."""
-
-_ENTRY = re.compile(r"\$?M_?\{?(?P<row>\d),?(?P<column>\d)\}?\s*&?=\s*")
-"""An entry of a mass matrix that is given by itself, as in M12 = …"""
 
 
 def check(
@@ -182,43 +154,8 @@ class Checker:
 
     def _judge(self, text: str, ask: str, let: Sequence[str] | Mapping[str, str]) -> Check:
         letters, quantity = self.find_letters(ask, let)
-        if quantity.kind != "motion":
-            text = _drop_arguments(text, quantity.letters)
-        if quantity.kind == "matrix":
-            text = _write_matrix_out(text)
-        if quantity.kind == "equilibrium":
-            text = write_positions_out(text, self.mechanism.coordinates.names)
-        rates, unread = self.mechanism.velocities, None
-        program = write_states_out(text, rates, letters.kinds) if ask == "state space" else None
-        if program:
-            text = program
-        if quantity.kind == "matrix" and len(rates) > 1:
-            for name in ("I", f"I{len(rates)}"):
-                if letters.find(name) is None:
-                    unit = np.eye(len(rates), dtype=int).tolist()
-                    letters = define(f"{name} = {unit}", letters)[2]
-        if quantity.kind in ("up to a constant", "conserved") or quantity.name in ENERGIES:
-            text = _PLUS_CONSTANT.sub(
-                lambda match: match[0] if letters.find(match[1]) else "", text
-            )
-        if not program and ask == "state space" and len(rates) == 1 and not letters.find("x1"):
-            # x1' = x2 is the usual form where there is a single coordinate
-            letters = define(f"x1 = {self.mechanism.coordinates.names[0]}", letters)[2]
-        try:
-            reading = read_answer(text, letters)
-        except FormulaError as error:
-            if ask == "state space":
-                reading = read_answer(text, self._define_states(letters, text, error.unknown))
-            elif ask.startswith("transfer function") and len(error.unknown) == 1:
-                text = _name_transform(text, error.unknown[0], quantity.letters[-1])
-                reading = read_answer(text, letters)
-            elif quantity.kind == "motion" and (vector := self._find_vector(text, error.unknown)):
-                text = f"{text}\n{vector}"
-                reading = read_answer(text, letters)
-            elif quantity.kind == "motion":
-                reading, unread = eliminate(text, letters, error), error
-            else:
-                raise
+        answer = read_as_usual(text, letters, Prompt(self.mechanism, ask, quantity))
+        text, reading = answer.text, answer.reading
         judged = self._compare(reading, quantity, self.truth, text)
         held = self._hold_numbers(judged, reading, quantity, ask, text)
         truth, judged, forms = held or (self.truth, judged, ())
@@ -232,8 +169,8 @@ class Checker:
             _line(formula, causes, motion=motion)
             for formula, causes in zip(judged, explained, strict=True)
         ]
-        if unread and any(line.outcome == "wrong" for line in lines):
-            raise unread
+        if answer.unread and any(line.outcome == "wrong" for line in lines):
+            raise answer.unread
         missing = [name for formula in judged for name in formula.missing]
         check = Check(
             mechanism=self.mechanism.name,
@@ -263,36 +200,6 @@ class Checker:
             at = _state(max(wrong, key=lambda residual: residual.worst)) if wrong else None
             check = replace(check, at=at, independent=independent, needed=nv)
         return _conclude(check, missing, forms)
-
-    def _find_vector(self, text: str, names: Sequence[str]) -> str:
-        """Return what q is in M q'' + K q = f, with its rates but without a definition."""
-        stems, listed = {name.rstrip("'") for name in names}, self.mechanism.coordinates.names
-        moves = any(name.endswith("''") for name in names) and len(listed) > 1
-        if not moves or len(stems) > 1 or not ("[" in text or "matrix" in text):
-            return ""
-        return f"{stems.pop()} = [{'; '.join(listed)}]"
-
-    def _define_states(
-        self, letters: KnownLetters, text: str, names: Iterable[str]
-    ) -> KnownLetters:
-        """Return the letters with those usual for states, as x1 and w2, that no line defines."""
-        rates, coordinates = self.mechanism.velocities, self.mechanism.coordinates.names
-        stems = {match[1] for match in map(_STATE.fullmatch, map(key_of, names)) if match}
-        if len(stems) == 1 and len(rates) == len(coordinates) and not stems & {*"vwu", "omega"}:
-            (stem,) = stems
-            # x1' = x2 where each coordinate is followed by its rate
-            plain = re.sub(r"[\\{}_\s$&]|dot", "", text)
-            by_turns = re.search(rf"{re.escape(stem)}1'?={re.escape(stem)}2(?!\d)", plain)
-            for k, name in enumerate(coordinates):
-                state = f"{stem}{2 * k + 1 if by_turns else k + 1}"
-                if letters.find(state) is None:
-                    letters = define(f"{state} = {name}", letters)[2]
-        for name in dict.fromkeys(name.rstrip("'") for name in names):
-            match = _RATE.fullmatch(key_of(name))
-            place = int(match[1] or len(rates) == 1) if match else 0
-            if 0 < place <= len(rates):
-                letters = define(f"{name} = {rates[place - 1]}", letters)[2]
-        return letters
 
     def _close_denominators(
         self, check: Check, text: str, ask: str, let: Sequence[str] | Mapping[str, str]
@@ -506,45 +413,6 @@ class Checker:
                 "another letter",
                 definition,
             )
-
-
-def _drop_arguments(text: str, letters: Collection[str]) -> str:
-    """Return an answer without what its quantity depends on."""
-
-    def drop(match: re.Match[str]) -> str:
-        return match["name"] + match["brace"] if match["name"] in letters else match[0]
-
-    return _OF_STATE.sub(drop, text)
-
-
-def _name_transform(text: str, written: str, transform: str) -> str:
-    """Return a text with the letter of a transform for another one, as Q2 for X_2 in X_2/F."""
-    stem, digits = written.rstrip("0123456789").rstrip("_"), re.sub(r"\D", "", written)
-    usual = rf"(?<![A-Za-z\\])\\?{re.escape(stem)}_?\{{?{digits}\}}?(?![A-Za-z0-9])"
-    above = re.search(rf"{usual}\s?(?:\(s\))?\s?(?:/|\}}\s?\{{)", text)
-    named = digits in ("", re.sub(r"\D", "", transform)) and transform not in ("G", "H")
-    return re.sub(usual, transform, text) if above and named and stem[:1].isupper() else text
-
-
-def _write_matrix_out(text: str) -> str:
-    """Return M11 = …, M12 = M21 = … as a matrix; an entry below the diagonal may be left out."""
-    names = list(_ENTRY.finditer(text))
-    ends = [*(name.start() for name in names), len(text)][1:]
-    entries, chained = dict[tuple[int, int], str](), list[tuple[int, int]]()
-    for name, end in zip(names, ends, strict=True):
-        chained.append((int(name["row"]), int(name["column"])))
-        if formula := text[name.end() : end].strip("\n\\ ,;$"):
-            entries |= dict.fromkeys(chained, formula)
-            chained = []
-    entries = {place[::-1]: formula for place, formula in entries.items()} | entries
-    size = max((max(place) for place in entries), default=0)
-    if len(entries) < max(size**2, 1):
-        return text
-    columns = range(1, size + 1)
-    rows = list[str]()
-    for row in columns:
-        rows.append(", ".join(entries[row, column] for column in columns))
-    return f"[{'; '.join(rows)}]"
 
 
 def _name_idle(term: Node | None, text: str) -> str:

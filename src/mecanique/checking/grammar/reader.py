@@ -7,7 +7,6 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
-from itertools import chain, cycle
 from typing import Any, final
 
 from lark import Lark
@@ -327,69 +326,6 @@ class ReadText:
 
 
 _MOST_DEFINITIONS = 12
-
-
-_BETWEEN = re.compile(r"(?:[\s,;={}$∈]|and|or|und|oder|\\in(?![a-z])|\\[{}\\,;]|\\q?quad)*")
-_TUPLE = re.compile(r"\(((?:[^()]|\([^()]*\))*)\)")
-_LIST = re.compile(r"(?<![\w}])\{([^{},]*,[^{}]*)\}")
-_VALUES = re.compile(
-    r"(?:[\s\d.,;+−±°π*/()^-]|\\?pi(?![a-z])|deg(?:rees?)?|\\circ|and|or|und|oder|\\pm)+"
-)
-_OR = re.compile(r"\b(?:and|or|und|oder)\b")
-_LISTED = re.compile(r"(?<![^=;()\n])([^=;()\n]+)=([^=;()\n]+)")
-_REMARK = re.compile(
-    r"(?<![ ,;])[ ,;]*(?:(?:\band )?\b\w+ (?:is )?(?:arbitrary|any|free|beliebig)\b"
-    r"|\bany \w+\b(?![ ]*[=(])"
-    r"|(?:∀ ?|\\forall ?)?\b\w+ ?(?:∈|\\in\b) ?(?:ℝ|R\b|\\mathbb ?\{? ?R ?\}?|\\R\b)"
-    r"|∀ ?\w+\b"
-    r"|\b(?:if|when|for|provided|falls|wenn|si)\b[^=\n;]{0,99}(?:[<>≤≥]|\\[lg]eq?(?![a-z]))[^\n;]*)"
-)
-"""What is free in an equilibrium, and for which parameters there is one."""
-
-_AT_REST = re.compile(r"(?<![A-Za-z\\])(\\?[^\W\d_]{1,20}\d?)_\{?(?:eq|e)\}?(?![A-Za-z0-9_])")
-"""A coordinate in equilibrium, as q_e."""
-
-_SET = re.compile(r"\s*\$?(\S+?)\s*(?:=|∈|\\?in\b)\s*\\?\{([^{}]*?)\\?\}\s*\$?\s*")
-
-
-def write_positions_out(text: str, names: Sequence[str]) -> str:
-    """Return an answer such as (0, 0), (0, π), or 0, π of a single coordinate, as equations."""
-    keys = [*map(key_of, names)]
-
-    def drop_rest(match: re.Match[str]) -> str:
-        return match[1] if key_of(match[1].strip("\\")) in keys else match[0]
-
-    text = _AT_REST.sub(drop_rest, text)
-    text = _REMARK.sub("", text)
-    if len(names) == 1:
-        listed = _SET.fullmatch(text)
-        if listed and key_of(listed[1].strip("\\")) == key_of(names[0]):
-            return f"{names[0]} = {listed[2]}"
-        return f"{names[0]} = {text}" if _VALUES.fullmatch(text) else text
-
-    def names_all(listed: str) -> bool:
-        return [*map(key_of, re.sub(r"[\\{}\s]", "", listed).split(","))] == keys
-
-    def write_out(positions: Sequence[Sequence[str]]) -> str:
-        pairs = zip(cycle(names), chain(*positions), strict=False)
-        return "\n".join(f"{name} = {value.strip()}" for name, value in pairs)
-
-    def write_line_out(match: re.Match[str]) -> str:
-        # q1, q2 = 0, π without brackets
-        positions = [values.split(",") for values in _OR.split(match[2])]
-        if names_all(match[1]) and all(len(values) == len(names) for values in positions):
-            return f"\n{write_out(positions)}\n"
-        return match[0]
-
-    text = _LISTED.sub(write_line_out, text)
-    plain = re.sub(r"\\(?:left|right)(?![A-Za-z])", "", text)
-    plain = _LIST.sub(r"(\1)", plain)
-    # (q1, q2) = … names the coordinates
-    positions = [inner.split(",") for inner in _TUPLE.findall(plain) if not names_all(inner)]
-    whole = all(len(values) == len(names) for values in positions)
-    if not (whole and _BETWEEN.fullmatch(_TUPLE.sub("", plain))):
-        return text
-    return write_out(positions) or text
 
 
 def name_values(statements: Sequence[Statement]) -> list[Statement]:

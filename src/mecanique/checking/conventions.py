@@ -1,0 +1,298 @@
+"""How answers to each question are usually written, and how they are read.
+
+A text is rewritten, or letters are added, before the grammar reads it; what the grammar then does
+not know may still be a letter that those who answer such a question leave unsaid.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain, cycle
+from typing import final
+
+import numpy as np
+
+from mecanique.checking.grammar.letters import KnownLetters, key_of
+from mecanique.checking.grammar.reader import ReadText, define, eliminate, read_answer
+from mecanique.checking.grammar.states import write_states_out
+from mecanique.checking.judgement.quantities import ENERGIES, AskedQuantity
+from mecanique.errors import FormulaError
+from mecanique.model.mechanism import Mechanism
+
+_Written = tuple[str, KnownLetters]
+
+
+@final
+@dataclass(frozen=True)
+class Prompt:
+    """What is asked of a mechanism."""
+
+    mechanism: Mechanism
+    ask: str
+    quantity: AskedQuantity
+
+    @property
+    def topic(self) -> str:
+        """What decides how an answer is usually written."""
+        if self.ask == "state space" or self.ask.startswith("transfer function"):
+            return self.ask.partition(" of ")[0]
+        if (
+            self.quantity.kind in ("up to a constant", "conserved")
+            or self.quantity.name in ENERGIES
+        ):
+            return "energy"
+        return self.quantity.kind
+
+
+@final
+@dataclass(frozen=True)
+class Interpretation:
+    """An answer as it is read."""
+
+    text: str
+    reading: ReadText
+    unread: FormulaError | None = None  # names the unknown letters that were eliminated
+
+
+def read_as_usual(text: str, letters: KnownLetters, prompt: Prompt) -> Interpretation:
+    """Return what an answer says, as answers to its question are usually written.
+
+    Raises:
+        FormulaError: if it cannot be read.
+    """
+    topic = prompt.topic
+    for rewrite in _REWRITINGS.get(topic, (_drop_arguments,)):
+        text, letters = rewrite(text, letters, prompt)
+    try:
+        return Interpretation(text, read_answer(text, letters))
+    except FormulaError as error:
+        name = _NAMINGS.get(topic)
+        named = name(text, letters, prompt, error.unknown) if name else None
+        if named is not None:
+            text, letters = named
+            return Interpretation(text, read_answer(text, letters))
+        if topic != "motion":
+            raise
+        return Interpretation(text, eliminate(text, letters, error), error)
+
+
+_OF_STATE = re.compile(
+    r"(?<![A-Za-z])(?P<name>[A-Za-z]+)(?P<brace>\}?)\s*(?:\\left\s*)?\([^()=+*/^-]*\)(?=\s*&?=)"
+)
+"""What M(q) = … or H(q, p) = … depends on."""
+
+
+def _drop_arguments(text: str, letters: KnownLetters, prompt: Prompt) -> _Written:
+    """Leave out what a quantity depends on."""
+    asked = prompt.quantity.letters
+
+    def drop(match: re.Match[str]) -> str:
+        return match["name"] + match["brace"] if match["name"] in asked else match[0]
+
+    return _OF_STATE.sub(drop, text), letters
+
+
+def _write_matrix_out(text: str, letters: KnownLetters, prompt: Prompt) -> _Written:
+    """Write entries that are given one by one as a matrix, and know that I is a unit matrix."""
+    count = prompt.mechanism.nv
+    for name in ("I", f"I{count}") if count > 1 else ():
+        if letters.find(name) is None:
+            letters = define(f"{name} = {np.eye(count, dtype=int).tolist()}", letters)[2]
+    return _list_entries(text), letters
+
+
+def _write_positions_out(text: str, letters: KnownLetters, prompt: Prompt) -> _Written:
+    """Write listed positions as equations."""
+    return _list_positions(text, prompt.mechanism.coordinates.names), letters
+
+
+_PLUS_CONSTANT = re.compile(
+    r"(?<=[^=(,;\s])[^\S\n]?[+=-]\s?(?:\\(?:text|mathrm)\{)?(C|[CcVE]_?\{?[0-9]\}?|const|constant)\b"
+    r"\.?\}?\s{0,3}(?=$|[\n;,.$])"
+)
+"""The constant that is left open in an energy."""
+
+
+def _drop_constant(text: str, letters: KnownLetters, _: Prompt) -> _Written:
+    """Leave out the constant that an energy is open to."""
+
+    def drop(match: re.Match[str]) -> str:
+        return match[0] if letters.find(match[1]) else ""
+
+    return _PLUS_CONSTANT.sub(drop, text), letters
+
+
+def _write_program_out(text: str, letters: KnownLetters, prompt: Prompt) -> _Written:
+    """Write a program as equations; else know that x1' = x2 is the usual form."""
+    rates = prompt.mechanism.velocities
+    if program := write_states_out(text, rates, letters.kinds):
+        return program, letters
+    if len(rates) == 1 and not letters.find("x1"):
+        letters = define(f"x1 = {prompt.mechanism.coordinates.names[0]}", letters)[2]
+    return text, letters
+
+
+_RATE = re.compile(r"(?:v|w|u|omega)(\d?)")
+"""Usual letters of rates in a state-space form."""
+
+_STATE = re.compile(r"([^\W\d_]+)\d'?")
+"""A numbered state."""
+
+
+def _name_states(
+    text: str, letters: KnownLetters, prompt: Prompt, unknown: Sequence[str]
+) -> _Written:
+    """Define the letters that are usual for states, as x1 and w2, where no line does."""
+    rates, coordinates = prompt.mechanism.velocities, prompt.mechanism.coordinates.names
+    stems = {match[1] for match in map(_STATE.fullmatch, map(key_of, unknown)) if match}
+    if len(stems) == 1 and len(rates) == len(coordinates) and not stems & {*"vwu", "omega"}:
+        (stem,) = stems
+        # x1' = x2 where each coordinate is followed by its rate
+        plain = re.sub(r"[\\{}_\s$&]|dot", "", text)
+        by_turns = re.search(rf"{re.escape(stem)}1'?={re.escape(stem)}2(?!\d)", plain)
+        for k, coordinate in enumerate(coordinates):
+            state = f"{stem}{2 * k + 1 if by_turns else k + 1}"
+            if letters.find(state) is None:
+                letters = define(f"{state} = {coordinate}", letters)[2]
+    for name in dict.fromkeys(name.rstrip("'") for name in unknown):
+        match = _RATE.fullmatch(key_of(name))
+        place = int(match[1] or len(rates) == 1) if match else 0
+        if 0 < place <= len(rates):
+            letters = define(f"{name} = {rates[place - 1]}", letters)[2]
+    return text, letters
+
+
+def _name_transform(
+    text: str, letters: KnownLetters, prompt: Prompt, unknown: Sequence[str]
+) -> _Written | None:
+    """Write the letter of a transform for another one, as Q2 for X_2 in X_2/F."""
+    if len(unknown) != 1:
+        return None
+    transform = prompt.quantity.letters[-1]
+    stem = unknown[0].rstrip("0123456789").rstrip("_")
+    digits = re.sub(r"\D", "", unknown[0])
+    usual = rf"(?<![A-Za-z\\])\\?{re.escape(stem)}_?\{{?{digits}\}}?(?![A-Za-z0-9])"
+    above = re.search(rf"{usual}\s?(?:\(s\))?\s?(?:/|\}}\s?\{{)", text)
+    named = digits in ("", re.sub(r"\D", "", transform)) and transform not in ("G", "H")
+    if above and named and stem[:1].isupper():
+        text = re.sub(usual, transform, text)
+    return text, letters
+
+
+def _name_vector(
+    text: str, letters: KnownLetters, prompt: Prompt, unknown: Sequence[str]
+) -> _Written | None:
+    """Define q in M q'' + K q = f, with its rates, as the vector of the coordinates."""
+    stems, listed = {name.rstrip("'") for name in unknown}, prompt.mechanism.coordinates.names
+    moves = any(name.endswith("''") for name in unknown) and len(listed) > 1
+    if not moves or len(stems) > 1 or not ("[" in text or "matrix" in text):
+        return None
+    return f"{text}\n{stems.pop()} = [{'; '.join(listed)}]", letters
+
+
+_ENTRY = re.compile(r"\$?M_?\{?(?P<row>\d),?(?P<column>\d)\}?\s*&?=\s*")
+"""An entry of a mass matrix that is given by itself, as in M12 = …"""
+
+
+def _list_entries(text: str) -> str:
+    """Return M11 = …, M12 = M21 = … as a matrix; an entry below the diagonal may be left out."""
+    names = list(_ENTRY.finditer(text))
+    ends = [*(name.start() for name in names), len(text)][1:]
+    entries, chained = dict[tuple[int, int], str](), list[tuple[int, int]]()
+    for name, end in zip(names, ends, strict=True):
+        chained.append((int(name["row"]), int(name["column"])))
+        if formula := text[name.end() : end].strip("\n\\ ,;$"):
+            entries |= dict.fromkeys(chained, formula)
+            chained = []
+    entries = {place[::-1]: formula for place, formula in entries.items()} | entries
+    size = max((max(place) for place in entries), default=0)
+    if len(entries) < max(size**2, 1):
+        return text
+    columns = range(1, size + 1)
+    rows = list[str]()
+    for row in columns:
+        rows.append(", ".join(entries[row, column] for column in columns))
+    return f"[{'; '.join(rows)}]"
+
+
+_BETWEEN = re.compile(r"(?:[\s,;={}$∈]|and|or|und|oder|\\in(?![a-z])|\\[{}\\,;]|\\q?quad)*")
+_TUPLE = re.compile(r"\(((?:[^()]|\([^()]*\))*)\)")
+_LIST = re.compile(r"(?<![\w}])\{([^{},]*,[^{}]*)\}")
+_VALUES = re.compile(
+    r"(?:[\s\d.,;+−±°π*/()^-]|\\?pi(?![a-z])|deg(?:rees?)?|\\circ|and|or|und|oder|\\pm)+"
+)
+_OR = re.compile(r"\b(?:and|or|und|oder)\b")
+_LISTED = re.compile(r"(?<![^=;()\n])([^=;()\n]+)=([^=;()\n]+)")
+_REMARK = re.compile(
+    r"(?<![ ,;])[ ,;]*(?:(?:\band )?\b\w+ (?:is )?(?:arbitrary|any|free|beliebig)\b"
+    r"|\bany \w+\b(?![ ]*[=(])"
+    r"|(?:∀ ?|\\forall ?)?\b\w+ ?(?:∈|\\in\b) ?(?:ℝ|R\b|\\mathbb ?\{? ?R ?\}?|\\R\b)"
+    r"|∀ ?\w+\b"
+    r"|\b(?:if|when|for|provided|falls|wenn|si)\b[^=\n;]{0,99}(?:[<>≤≥]|\\[lg]eq?(?![a-z]))[^\n;]*)"
+)
+"""What is free in an equilibrium, and for which parameters there is one."""
+
+_AT_REST = re.compile(r"(?<![A-Za-z\\])(\\?[^\W\d_]{1,20}\d?)_\{?(?:eq|e)\}?(?![A-Za-z0-9_])")
+"""A coordinate in equilibrium, as q_e."""
+
+_SET = re.compile(r"\s*\$?(\S+?)\s*(?:=|∈|\\?in\b)\s*\\?\{([^{}]*?)\\?\}\s*\$?\s*")
+
+
+def _list_positions(text: str, names: Sequence[str]) -> str:
+    """Return an answer such as (0, 0), (0, π), or 0, π of a single coordinate, as equations."""
+    keys = [*map(key_of, names)]
+
+    def drop_rest(match: re.Match[str]) -> str:
+        return match[1] if key_of(match[1].strip("\\")) in keys else match[0]
+
+    text = _AT_REST.sub(drop_rest, text)
+    text = _REMARK.sub("", text)
+    if len(names) == 1:
+        listed = _SET.fullmatch(text)
+        if listed and key_of(listed[1].strip("\\")) == key_of(names[0]):
+            return f"{names[0]} = {listed[2]}"
+        return f"{names[0]} = {text}" if _VALUES.fullmatch(text) else text
+
+    def names_all(listed: str) -> bool:
+        return [*map(key_of, re.sub(r"[\\{}\s]", "", listed).split(","))] == keys
+
+    def write_out(positions: Sequence[Sequence[str]]) -> str:
+        pairs = zip(cycle(names), chain(*positions), strict=False)
+        return "\n".join(f"{name} = {value.strip()}" for name, value in pairs)
+
+    def write_line_out(match: re.Match[str]) -> str:
+        # q1, q2 = 0, π without brackets
+        positions = [values.split(",") for values in _OR.split(match[2])]
+        if names_all(match[1]) and all(len(values) == len(names) for values in positions):
+            return f"\n{write_out(positions)}\n"
+        return match[0]
+
+    text = _LISTED.sub(write_line_out, text)
+    plain = re.sub(r"\\(?:left|right)(?![A-Za-z])", "", text)
+    plain = _LIST.sub(r"(\1)", plain)
+    # (q1, q2) = … names the coordinates
+    positions = [inner.split(",") for inner in _TUPLE.findall(plain) if not names_all(inner)]
+    whole = all(len(values) == len(names) for values in positions)
+    if not (whole and _BETWEEN.fullmatch(_TUPLE.sub("", plain))):
+        return text
+    return write_out(positions) or text
+
+
+_Rewriting = Callable[[str, KnownLetters, Prompt], _Written]
+_Naming = Callable[[str, KnownLetters, Prompt, Sequence[str]], _Written | None]
+
+_REWRITINGS: Mapping[str, tuple[_Rewriting, ...]] = {
+    "motion": (),
+    "state space": (_write_program_out,),
+    "matrix": (_drop_arguments, _write_matrix_out),
+    "equilibrium": (_drop_arguments, _write_positions_out),
+    "energy": (_drop_arguments, _drop_constant),
+}
+_NAMINGS: Mapping[str, _Naming] = {
+    "motion": _name_vector,
+    "state space": _name_states,
+    "transfer function": _name_transform,
+}
+"""What defines the letters that an answer leaves unsaid."""
