@@ -159,7 +159,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "verification.causes": ["evidence", "joints links", "search"],
     "verification.chapter": ["row", "examples sections"],
-    "checking": ["budget", "grammar", "judgement", "verdict", "mistakes", "check"],
+    "checking": ["budget", "grammar", "judgement", "verdict", "conventions mistakes", "check"],
     "checking.grammar": ["tree", "letters tape mathml tables states", "scanner", "reader"],
     "checking.judgement": ["truth", "equilibria motion proof release", "quantities", "formula"],
     "checking.mistakes": ["units", "hypotheses", "of_quantities", "search"],
