@@ -83,7 +83,7 @@ ORDER: dict[str, list[str]] = {
         "extensions",
         "document",
     ],
-    "program": ["tape", "evaluation half_angles listing traced", "solving sweeps"],
+    "program": ["tape", "evaluation half_angles listing traced", "compiled solving sweeps"],
     "derivation": [
         "tolerances",
         "laws tree",

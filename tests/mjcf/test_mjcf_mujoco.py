@@ -170,6 +170,8 @@ def tendon(tags: str, after: str = "", joint: str = "") -> str:
 
 
 SITED = SECOND.replace("/></body>", '/><site name="t" pos="0.1 0 0.2"/></body>')
+PAIR = TIP.format(HINGE + GEOM + SECOND)
+THIRD = f'<body pos="1 0 0"><joint name="k" axis="0 1 0"/>{GEOM}</body>'
 ALONG = '<joint joint="h" coef="0.5"/><joint joint="s" coef="-2"/>'
 STRAIGHT = '<site site="w"/><site site="t"/>'
 
@@ -460,6 +462,19 @@ TEXTS |= {
     "powers along a joint": tendon(
         '<fixed stiffness="2 1 0.3" damping="3 0.1 0.2" springlength="0.2">'
         '<joint joint="h" coef="-2"/></fixed>'
+    ),
+    "armature on separate branches": world(f"{PAIR}{THIRD}").replace(
+        "</worldbody>",
+        '</worldbody><tendon><fixed name="f" armature="0.3" stiffness="2" damping="0.4">'
+        f'{ALONG}<joint joint="k" coef="1.5"/></fixed></tendon><actuator><motor tendon="f" '
+        'gear="2" armature="0.1"/></actuator>',
+    ),
+    "a spring that pushes": body(HINGE.replace('"h"', '"h" stiffness="-2"') + GEOM + SECOND),
+    "plugins of drives": body(
+        HINGE + GEOM, '<extension><plugin plugin="mujoco.pid"/></extension>'
+    ).replace(
+        "</worldbody>",
+        '</worldbody><actuator><plugin joint="h" plugin="mujoco.pid" armature="0.1"/></actuator>',
     ),
     "armature along joints": tendon(f'<fixed armature="0.3" stiffness="2 1">{ALONG}</fixed>'),
     "drives along joints": tendon(

@@ -274,7 +274,23 @@ def test_files_named_in_included_files_stand_beside_the_main_or_the_included_one
         (model("", '<tendon><fixed class="a"/></tendon>'), "there is no class of defaults 'a'"),
         (model("", '<tendon><fixed><joint joint="a"/></fixed></tendon>'), "'a' is no hinge or"),
         (model("", '<actuator><motor armature="0.1"/></actuator>'), "armature of <motor> at no"),
-        (model("", "<actuator><plugin/></actuator>"), "plugins are not read"),
+        (
+            model(
+                ARM.format("r", "0 0 1", TWO),
+                '<tendon><fixed name="f" armature="1"><joint joint="r_joint" coef="1"/>'
+                '<joint joint="a_joint" coef="1"/><joint joint="b_joint" coef="1"/></fixed>'
+                "</tendon>",
+            ),
+            "armature of tendon 'f', of which MuJoCo drops what couples branches, is not read",
+        ),
+        (
+            model(
+                ARM.format("a", "0 0 1", '<site name="a"/>')
+                + ARM.format("b", "0.4 0 1", '<site name="b"/>'),
+                '<tendon><spatial armature="1"><site site="a"/><site site="b"/></spatial></tendon>',
+            ),
+            "armature of tendon 'tendon', of which MuJoCo drops what couples branches",
+        ),
         (model("", '<equality><tendon tendon1="a"/></equality>'), "'a' is no tendon along joints"),
         (model("", '<equality><flex flex="a"/></equality>'), "<flex> among the constraints"),
         (model("", '<equality><joint joint1="a"/></equality>'), "'a' is no hinge or slide"),

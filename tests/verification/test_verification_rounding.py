@@ -279,6 +279,17 @@ def test_a_body_sums_its_mass_times_the_square_of_the_distance_from_its_joint() 
     np.testing.assert_allclose(bounds["bias"], ENTRY * bias, rtol=1e-12, atol=0)
 
 
+def test_the_energy_of_a_rotor_is_rounded_as_well() -> None:
+    """A light particle in a heavy drive: I θ'², beside which m l² θ'² is nothing."""
+    drive = mq.Revolute("pin", "ground", "bob", axis=(0, 1, 0), coordinate="theta", armature=7.0)
+    bob = mq.Body("bob", mq.particle(1e-9).at((0.3, 0, 0)))
+    mechanism = mq.Mechanism("drive", (mq.Body("ground"), bob), (drive,))
+    states = random_states(mechanism, 3, 0)
+    energy = (7.0 + 1e-9 * 0.09) * states.v[:, 0] ** 2
+    bounds = entry_rounding(mechanism, states)
+    np.testing.assert_allclose(bounds["kinetic energy"], ENTRY * energy, rtol=1e-12, atol=0)
+
+
 def test_angles_of_many_turns_are_as_uncertain_as_they_are_large() -> None:
     mechanism = arm((0.5, 0.3), (2.0, 1.0))
     states = random_states(mechanism, 3, 0)

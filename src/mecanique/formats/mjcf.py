@@ -94,7 +94,9 @@ from mecanique.urdf.names import Names
 from mecanique.urdf.solids import Corners, Mass, no_mass, solid_of, sum_masses
 from mecanique.urdf.write import SimpleJoint, axial_steps, chains, law_of_follower
 
-_SECTIONS = "asset compiler custom default equality option size statistic visual worldbody"
+_SECTIONS = (
+    "asset compiler custom default equality extension option size statistic visual worldbody"
+)
 _COUNTED = ("actuator", "contact", "keyframe", "sensor", "tendon")
 """Sections below <mujoco>; of the latter the dynamics do without a part, which is counted."""
 
@@ -246,6 +248,7 @@ class _Tendon:
     spans: list[tuple[_Site, _Site, float]] = field(default_factory=list)  # and shares of them
     joint: str = ""
     factor: float = 1.0
+    inertial: list[tuple[str, float]] = field(default_factory=list)  # such pairs with armature
 
     def along(self, joints: Mapping[str, Scalar]) -> Scalar:
         """Its length along joints, Σ cₖ qₖ."""
@@ -1156,7 +1159,9 @@ class _Reader(Source):
                 self._stretch(tendon, float(stiffness[0]), ends, float(damping[0]))
                 continue
             self._load(tendon, armature)
-            self.resist(tendon.name, tendon.joint, stiffness, ends, damping, tendon.factor)
+            if any(stiffness) or any(damping):
+                joint, factor = self._measure_along(tendon)
+                self.resist(tendon.name, joint, stiffness, ends, damping, factor)
 
     def _factors_of(self, element: Element) -> dict[str, float]:
         factors: dict[str, float] = {}
@@ -1239,14 +1244,53 @@ class _Reader(Source):
     def _pose_in_letters(self, element: Element, joint: Joint) -> Array:
         return np.asarray(pose_of(joint.origin) @ _motion_of(joint, {})[0])
 
-    def _load(self, tendon: _Tendon, armature: float) -> None:
-        """Add the armature of a tendon, and find the joint of its length: if none, one follows."""
+    def _measure_along(self, tendon: _Tendon) -> tuple[str, float]:
+        """Return the joint of a tendon's length and a factor; if there is none, one follows."""
         if not tendon.joint and len(tendon.factors) == 1:
             ((tendon.joint, tendon.factor),) = tendon.factors.items()
         elif not tendon.joint:
             law = self._length(tendon)
             tendon.joint = self._trail(tendon.element, f"{tendon.name}{LENGTH}", law)
-        self._add_armature(tendon.joint, tendon.factor**2 * armature)
+        return tendon.joint, tendon.factor
+
+    def _load(self, tendon: _Tendon, armature: float) -> None:
+        """Add the armature of a tendon.
+
+        MuJoCo's mass matrix has entries for joints alone of which one carries the other, so a
+        tendon along separate chains of joints counts as one along each.
+        """
+        if not armature:
+            return
+        if not tendon.inertial:
+            chains = self._split_in_chains(tendon)
+            if len(chains) <= 1:
+                tendon.inertial = [self._measure_along(tendon)]
+            else:
+                self.omitted["armature of tendons that couples joints on separate branches"] += 1
+                for joints in chains:
+                    factors = {joint: tendon.factors[joint] for joint in joints}
+                    part = _Tendon(tendon.element, f"{tendon.name}_{joints[0]}", factors)
+                    tendon.inertial.append(self._measure_along(part))
+        for joint, factor in tendon.inertial:
+            self._add_armature(joint, factor**2 * armature)
+
+    def _split_in_chains(self, tendon: _Tendon) -> list[tuple[str, ...]]:
+        """Return the joints that move a tendon, those together of which one carries another."""
+        ways = {joint.name: self._way_to(joint.child) for joint in self.joints}
+        joints = {name: ways[name][-1] for name in tendon.factors}
+        for (a, _), (b, _), _ in tendon.spans:
+            ends = self._way_to(a), self._way_to(b)
+            moved = (j for way, other in (ends, ends[::-1]) for j in way if j not in other)
+            joints |= {joint.name: joint for joint in moved if joint.velocities}
+        chains: dict[tuple[str, ...], None] = {}
+        for name, joint in joints.items():
+            related = (k for k in joints if joint in ways[k] or joints[k] in ways[name])
+            chains[tuple(related)] = None
+        apart = sum(map(len, chains)) == len(joints)
+        if len(chains) <= 1 or (apart and not tendon.spans):
+            return [*chains]
+        what = f"armature of tendon {tendon.name!r}, of which MuJoCo drops what couples branches"
+        raise self.refuse(tendon.element, f"{what}, is not read")
 
     def _add_armature(self, name: str, armature: float) -> None:
         (place,) = (k for k, joint in enumerate(self.joints) if joint.name == name)
@@ -1273,24 +1317,24 @@ class _Reader(Source):
             texts = Given(
                 self, element, _overlay(self._defaults(element, _DRIVE), element.attributes)
             )
-            if element.tag == "plugin" or "plugin" in texts:
-                raise self.refuse(element, "plugins are not read")
             armature = texts.number("armature", 0.0)
             damping = self._resistance(texts)[1]
             if not armature and not any(damping):
                 continue
             name, factor = texts.get("joint", texts.get("jointinparent", "")), 1.0
+            gears = self.split(element, texts.get("gear", "1"), "expected numbers for gear")
+            square = gears[0] ** 2 if gears else 1.0  # which MuJoCo takes for powers of v as well
             if (tendon := self._tendons.get(texts.get("tendon", ""))) is not None:
                 if tendon.element.tag != "fixed" and not tendon.spans:
                     tendon.spans += self._spans_of(tendon.element)
-                self._load(tendon, 0.0)
-                name, factor = tendon.joint, tendon.factor
-            elif name not in self._references:
+                self._load(tendon, square * armature)
+                if any(damping):
+                    name, factor = self._measure_along(tendon)
+            elif name in self._references:
+                self._add_armature(name, square * armature)
+            else:
                 named = " and ".join(what for what in ("armature", "damping") if what in texts)
                 raise self.refuse(element, f"{named} of <{element.tag}> at no hinge or slide")
-            gears = self.split(element, texts.get("gear", "1"), "expected numbers for gear")
-            square = gears[0] ** 2 if gears else 1.0  # which MuJoCo takes for powers of v as well
-            self._add_armature(name, factor**2 * square * armature)
             none = np.zeros(3)
             self.resist(f"{name}_drive", name, none, none[:2], square * damping, factor)
 

@@ -189,7 +189,7 @@ class Source:
         stiffness, damping = stiffness * factor**powers, damping * abs(factor) ** powers
         low, high = sorted((ends / factor).tolist())
         names = Names(force.name for force in self.forces)
-        if low != high or any(stiffness[1:]):
+        if low != high or any(stiffness[1:]) or stiffness[0] < 0:
             x = beyond(coordinate(joint), low, high)
             V = sum(k * x ** (n + 2) / (n + 2) for n, k in enumerate(stiffness.tolist()))
             if any(stiffness):

@@ -458,20 +458,16 @@ def _traps(origin: Origin, engine: Engine) -> Iterator[str]:
         return
     root = parse(text, Report(None))
     for element in root.walk() if root is not None else ():
-        for tag, attribute, *where in _LEFT_OUT.get((origin.form, engine.title), ()):
+        for tag, attribute in _LEFT_OUT.get((origin.form, engine.title), ()):
             if element.tag == tag and (not attribute or attribute in element.attributes):
                 what = f"{attribute}=… of <{tag}>" if attribute else f"<{tag}>"
-                yield " ".join([f"line {element.line}: {engine.title} leaves out {what}", *where])
+                yield f"line {element.line}: {engine.title} leaves out {what}"
 
 
 _REASONS = ("M101", "M105", "M107", "M116", "M202", "M203", "M204", "M305", "M307", "M705", "M706")
 """Rules on what engines read otherwise."""
 
-_LEFT_OUT: Mapping[tuple[str, str], Sequence[tuple[str, ...]]] = {
-    ("MJCF", "MuJoCo"): (
-        ("fixed", "armature", "between bodies of which none carries the other"),
-        ("spatial", "armature", "between bodies of which none carries the other"),
-    ),
+_LEFT_OUT: Mapping[tuple[str, str], Sequence[tuple[str, str]]] = {
     ("MJCF", "Pinocchio"): (
         ("compiler", "eulerseq"),
         ("compiler", "inertiagrouprange"),

@@ -258,8 +258,9 @@ def entry_rounding(mechanism: Mechanism, states: States) -> dict[str, Array]:
         momentum += root * V[:, 0]
         angular += (2 * root * rate.way + size) * V[:, 0]
     B = np.stack(weights, axis=1) if weights else np.zeros((len(states), 0, last))
-    rotors = [mechanism.evaluate(link.armature) for link in tree for _ in link.velocities]
-    M = np.swapaxes(B, 1, 2) @ B + np.diag(np.abs(rotors))
+    rotors = np.abs([mechanism.evaluate(link.armature) for link in tree for _ in link.velocities])
+    M = np.swapaxes(B, 1, 2) @ B + np.diag(rotors)
+    kinetic += chart.u**2 @ rotors
     unit = ENTRY * chart.turned
     bounds = {
         "mass matrix": unit[:, None, None]
