@@ -288,7 +288,15 @@ CLASSES = (
     ("atwood_machine", "equation of motion", "m1 g - T1 = m1 x''; T2 - m2 g = m2 x''; "
      "(T1 - T2) R = M R^2/2 x''/R"),
     ("rolling_disk", "equation of motion", "m g sin α - f = m x'', f R = m R^2/2 x''/R"),
+    ("rolling_disk", "equation of motion", "m x'' = m g sin α - F; m R²/2 φ'' = F R; x'' = R φ''"),
+    # accelerations by their own letters
+    ("atwood_machine", "equation of motion", "a = 2 (m1 - m2) g/(2 m1 + 2 m2 + M)"),
+    ("atwood_machine", "equation of motion", "m1 g - T1 = m1 a; T2 - m2 g = m2 a; "
+     "(T1 - T2) R = J α; a = R α; J = M R^2/2"),
+    ("simple_pendulum", "equation of motion", "alpha = -g/l sin q"),
     # programs
+    ("simple_pendulum", "state space", "z = [q, q'], dz/dt = [z2, -g/l sin z1]"),
+    ("simple_pendulum", "state space", "x = [q; q'], x' = [x2; -g/l sin x1]"),
     ("simple_pendulum", "state space", "def f(t, y):\n  th, om = y\n  return [om, -g/l*sin(th)]"),
     ("simple_pendulum", "state space", "def f(t, x): return np.array([x[1], -g*np.sin(x[0])/l])"),
     ("simple_pendulum", "state space", "f = @(t,y) [y(2); -g/l*sin(y(1))]"),
@@ -327,7 +335,14 @@ CLASSES = (
     ("simple_pendulum", "potential energy", "V = m g l (1 - cos q) + const."),
     ("simple_pendulum", "energy", "E = m l^2 q'^2/2 - m g l cos q = const"),
     ("simple_pendulum", "equilibrium", r"q_{eq} = 0, \pi"),
+    ("simple_pendulum", "equilibrium", "q = k*pi, k integer"),
+    ("simple_pendulum", "equilibrium", "q = k π for any integer k"),
+    ("simple_pendulum", "equilibrium", "q = n π (n is an integer)"),
+    ("simple_pendulum", "equilibrium", "q = n π where n = 0, ±1, ±2, …"),
+    ("simple_pendulum", "equilibrium", "q_1 = 0 (stable), q_2 = π (unstable)"),
+    ("simple_pendulum", "period", r"\tau = 2\pi\sqrt{\frac{\ell}{g}}"),
     ("simple_pendulum", "reaction", "T = m g cos q + m l q'^2"),
+    ("rolling_disk", "reaction", "F = 1/3 m g sin α, N = m g cos α"),
     # what stands around
     ("simple_pendulum", "equation of motion", "Newton's second law about O: l q'' = -g sin q"),
     ("simple_pendulum", "equation of motion", r"\sum M_O = J\ddot q:\quad -mg\sin q = ml\ddot q"),
@@ -359,6 +374,15 @@ def test_what_students_hand_in_is_read(system: str, ask: str, text: str) -> None
         ("base_excited_mass", "damped frequency", "ω_n = √(k/m), ω_d = ω_n", "wrong"),
         ("rigid_bar_pendulum", "frequency", "ω = √(g/l), f = ω √(3/2)/(2π)", "wrong"),
         ("simple_pendulum", "reaction", "T = m g cos q - m l q'^2", "wrong"),
+        ("rolling_disk", "reaction", "F = m g sin α", "wrong"),
+        ("rolling_disk", "reaction", "F = -m g sin(alpha)/3", "wrong"),
+        ("atwood_machine", "equation of motion", "a = (m1 - m2) g/(m1 + m2 + M)", "wrong"),
+        ("atwood_machine", "equation of motion", "a = a", "wrong"),
+        ("simple_pendulum", "state space", "z = [q, q'], dz/dt = [z2, g/l sin z1]", "wrong"),
+        ("simple_pendulum", "equilibrium", "q = k*pi/2, k integer", "wrong"),
+        ("simple_pendulum", "equilibrium", "q = 2 k*pi, k integer", "incomplete"),
+        ("simple_pendulum", "equilibrium", "q_1 = 0, q_2 = π/2", "wrong"),
+        ("simple_pendulum", "period", r"\tau = 2\pi\sqrt{g/l}", "wrong"),
     ],
 )  # fmt: skip
 def test_the_same_notations_with_a_slip_are_not_right(
@@ -376,6 +400,9 @@ def test_a_letter_that_may_be_a_tangential_force_is_asked_for() -> None:
     ("system", "text"),
     [
         ("atwood_machine", "m1 g - T1 = m1 x''; T2 - m2 g = m2 x''; (T1 - T2) R = M R x''"),
+        # beside x'' an acceleration's letter may as well be a length
+        ("atwood_machine", "(m1 + m2) x'' + a = m1 g"),
+        ("rolling_disk", "m x'' = m g sin α - F; m R²/2 φ'' = -F R; x'' = R φ''"),
         # the force is unread where it stands in one line alone
         ("simple_pendulum", "T - m g cos q = -m l q'^2; l q'' = -g sin q"),
         ("simple_pendulum", "T (q'' + g/l sin q) = 0; T q'' + T g/l sin q = 0"),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, cycle
 from typing import final
 
@@ -20,6 +20,7 @@ from mecanique.checking.grammar.states import write_states_out
 from mecanique.checking.judgement.quantities import ENERGIES, AskedQuantity
 from mecanique.errors import FormulaError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism_units import units as units_of
 
 _Written = tuple[str, KnownLetters]
 
@@ -53,7 +54,8 @@ class Interpretation:
 
     text: str
     reading: ReadText
-    unread: FormulaError | None = None  # names the unknown letters that were eliminated
+    # names unknown letters that were eliminated, or may not be what they were taken for
+    unread: FormulaError | None = None
 
 
 def read_as_usual(text: str, letters: KnownLetters, prompt: Prompt) -> Interpretation:
@@ -69,13 +71,21 @@ def read_as_usual(text: str, letters: KnownLetters, prompt: Prompt) -> Interpret
         return Interpretation(text, read_answer(text, letters))
     except FormulaError as error:
         name = _NAMINGS.get(topic)
-        named = name(text, letters, prompt, error.unknown) if name else None
-        if named is not None:
-            text, letters = named
+        written = name(text, letters, prompt, error.unknown) if name else None
+        if written is not None:
+            text, letters = written
             return Interpretation(text, read_answer(text, letters))
         if topic != "motion":
             raise
-        return Interpretation(text, eliminate(text, letters, error), error)
+        letters, named = _name_accelerations(letters, prompt, error.unknown)
+        # beside x'' the letter may as well be a length
+        unread = error if _SECOND_RATE.search(text) else None
+        try:
+            reading = read_answer(text, letters)
+        except FormulaError as remaining:
+            reading, unread = eliminate(text, letters, remaining), error
+        notes = (*reading.notes, *(f"read as the acceleration: {name}" for name in named))
+        return Interpretation(text, replace(reading, notes=notes), unread)
 
 
 _OF_STATE = re.compile(
@@ -103,9 +113,21 @@ def _write_matrix_out(text: str, letters: KnownLetters, prompt: Prompt) -> _Writ
     return _list_entries(text), letters
 
 
+_NUMBERED = re.compile(r"(?<![A-Za-z\\])\\?([^\W\d_]{1,20})_?\{?(\d)\}?(?![\w'])")
+"""A letter with a number, as q_2."""
+
+
 def _write_positions_out(text: str, letters: KnownLetters, prompt: Prompt) -> _Written:
-    """Write listed positions as equations."""
-    return _list_positions(text, prompt.mechanism.coordinates.names), letters
+    """Write listed positions as equations; of a single coordinate q they may be q_1, q_2."""
+    names = prompt.mechanism.coordinates.names
+
+    def drop_number(match: re.Match[str]) -> str:
+        known = key_of(match[1]) == key_of(names[0]) and letters.find(match[1] + match[2]) is None
+        return names[0] if known else match[0]
+
+    if len(names) == 1:
+        text = _NUMBERED.sub(drop_number, text)
+    return _list_positions(text, names), letters
 
 
 _PLUS_CONSTANT = re.compile(
@@ -140,6 +162,9 @@ _RATE = re.compile(r"(?:v|w|u|omega)(\d?)")
 _STATE = re.compile(r"([^\W\d_]+)\d'?")
 """A numbered state."""
 
+_VECTOR = re.compile(r"(?<![\w'])([^\W\d_]{1,20}) ?= ?[\[(]([^][()=\n]{1,200})[\])]")
+"""A state as the vector of its entries, as z = [q, q']."""
+
 
 def _name_states(
     text: str, letters: KnownLetters, prompt: Prompt, unknown: Sequence[str]
@@ -147,6 +172,12 @@ def _name_states(
     """Define the letters that are usual for states, as x1 and w2, where no line does."""
     rates, coordinates = prompt.mechanism.velocities, prompt.mechanism.coordinates.names
     stems = {match[1] for match in map(_STATE.fullmatch, map(key_of, unknown)) if match}
+    for vector in _VECTOR.finditer(text):
+        entries = re.split("[,;]", vector[2])
+        if vector[1] in stems and len(entries) == 2 * len(rates):
+            for k, entry in enumerate(entries, 1):
+                letters = define(f"{vector[1]}{k} = {entry}", letters)[2]
+            return text, letters
     if len(stems) == 1 and len(rates) == len(coordinates) and not stems & {*"vwu", "omega"}:
         (stem,) = stems
         # x1' = x2 where each coordinate is followed by its rate
@@ -190,6 +221,26 @@ def _name_vector(
     if not moves or len(stems) > 1 or not ("[" in text or "matrix" in text):
         return None
     return f"{text}\n{stems.pop()} = [{'; '.join(listed)}]", letters
+
+
+_ACCELERATIONS = {"a": "m/s", "alpha": "rad/s"}
+"""Usual letters of accelerations, with the unit of the rate."""
+
+_SECOND_RATE = re.compile(r"''|[″¨\u0308]|\\ddot|d ?(?:\^ ?\{?2|²)")
+
+
+def _name_accelerations(
+    letters: KnownLetters, prompt: Prompt, unknown: Sequence[str]
+) -> tuple[KnownLetters, list[str]]:
+    """Define a, or alpha, as the only acceleration along a line, or about an axis; list these."""
+    units, named = units_of(prompt.mechanism), list[str]()
+    for name in unknown:
+        unit = _ACCELERATIONS.get(key_of(name))
+        rates = [rate for rate in prompt.mechanism.velocities if units.get(rate) == unit]
+        if unit and len(rates) == 1:
+            letters = define(f"{name} = {rates[0]}'", letters)[2]
+            named.append(f"{name} = {rates[0]}'")
+    return letters, named
 
 
 _ENTRY = re.compile(r"\$?M_?\{?(?P<row>\d),?(?P<column>\d)\}?\s*&?=\s*")

@@ -423,9 +423,9 @@ def eliminate(text: str, letters: KnownLetters, error: FormulaError) -> ReadText
         FormulaError: the given one, if the letters cannot be eliminated.
     """
     names = [*error.unknown]
-    if len(names) > _MOST_ELIMINATED or any("'" in name for name in names):
+    if len(names) > _MOST_ELIMINATED or len({name.rstrip("'") for name in names}) < len(names):
         raise error
-    # the rate of an input is not known
+    # an unknown acceleration, as phi'', is eliminated like a force
     kinds: dict[str, Kind] = {**letters.kinds, **dict.fromkeys(names, "input")}
     try:
         reading = read_answer(text, replace(letters, kinds=kinds))

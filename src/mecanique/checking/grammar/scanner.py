@@ -313,6 +313,10 @@ _SUM_OF_FORCES = re.compile(
 _INTEGER = re.compile(
     r"[,;]?\s*\(?\s*[A-Za-z]\s*(?:\\in(?![A-Za-z])|∈|ϵ)\s*\{?\s*(?:\\?Z|ℤ|\\mathbb\s*\{?\s*Z\s*\}?)\s*\}?\)?"
     r"(?![A-Za-z])"
+    r"|[,;]?[^\S\n]?\(?(?:where |with |for |and )?(?:[A-Za-z] (?:is )?(?:an |any )?integer"
+    r"|(?:any |all |every )?integers? [A-Za-z])(?![A-Za-z])\)?"
+    r"|[,;]?[^\S\n]?\(?(?:where |with |for |and )?[A-Za-z] ?= ?(?:[-+±]?\d, ?){1,9}[-+±]?"
+    r"(?:…|\.\.\.|\\l?dots(?![A-Za-z]))\)?"
 )
 _ALMOST_EQUAL = re.compile(r"≈|≃|≅|\\approx(?![A-Za-z])|\\simeq(?![A-Za-z])|\\cong(?![A-Za-z])")
 _APPROXIMATELY = re.compile(rf"(?:{_ALMOST_EQUAL.pattern})(?:(?!\\\\|,\s)[^\n;])*")

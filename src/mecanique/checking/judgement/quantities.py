@@ -224,7 +224,15 @@ class _Asked:
         needed = tuple(filter(None, what.split(", ")))
         normal = [letter for letter in letters if letter.endswith(("_n", "_normal"))]
         # beside a tangential force, T may be that one
-        usual = "N" if any(letter.endswith(("_t", "_x", "_y")) for letter in letters) else "NTS"
+        along = [k for k, letter in enumerate(letters) if letter.endswith(("_t", "_x", "_y"))]
+        usual = "N" if along else "NTS"
+        aliases = dict.fromkeys(usual, normal[0]) if len(normal) == 1 else {}
+        if aliases and len(along) == 1:
+            # friction counts in the direction in which it acts, where that is always the same
+            force, friction = letters[along[0]], values[along[0]]
+            if (friction >= 0).all() or (friction <= 0).all():
+                sign = "-" if friction.min(initial=0.0) < 0 else ""
+                aliases |= dict.fromkeys(_FRICTION, f"{sign}{force}")
         if unknown := sorted({*needed} - {*letters}):
             raise UnknownNameError("reaction", unknown[0], letters)
         return AskedQuantity(
@@ -235,7 +243,7 @@ class _Asked:
             series=reactions,
             derivation=derivation,
             needed=needed,
-            aliases=dict.fromkeys(usual, normal[0]) if len(normal) == 1 else {},
+            aliases=aliases,
         )
 
     def _part_wheels(self, derivation: Derivation) -> dict[str, Array]:
@@ -310,7 +318,7 @@ class _Asked:
         ]
         letters = (*self._letters, *numbered)
         rate, time = read_unit("1/s"), read_unit("s")
-        unit = {letter: time if letter.startswith("T") else rate for letter in letters}
+        unit = {letter: time if letter.startswith(_PERIODS) else rate for letter in letters}
         return AskedQuantity(
             name,
             "several",
@@ -505,7 +513,13 @@ class _Question(NamedTuple):
     at: bool = False  # whether it may name a position
 
 
-_FREQUENCY = ("omega", "omega0", "omegan", "w", "f", "nu", "T", "T0")
+_PERIODS = ("T", "tau")
+"""How letters of periods begin."""
+
+_FREQUENCY = ("omega", "omega0", "omegan", "w", "f", "nu", "T", "T0", "tau")
+_FRICTION = ("F", "f", "Ff", "FR", "Fs", "fs")
+"""Usual letters of a force of friction."""
+
 _BOUND_LETTERS = ("u", "x", "xi", "phi", "s")
 """Letters over which an integral may be taken besides the coordinate."""
 
@@ -519,7 +533,7 @@ _QUESTIONS = {
     "momentum": _Question(_Asked.momentum, ("p",), of=True),
     "conserved quantity": _Question(_Asked.constant, _CONSTANTS),
     "frequency": _Question(_Asked.frequency, _FREQUENCY, at=True),
-    "period from rest": _Question(_Asked.period_from_rest, ("T", "T0")),
+    "period from rest": _Question(_Asked.period_from_rest, ("T", "T0", "tau")),
     "period": _Question(_Asked.frequency, ("T", "T0", *_FREQUENCY), at=True),
     "undamped frequency": _Question(_Asked.frequency, _FREQUENCY, at=True),
     "damped frequency": _Question(_Asked.frequency, (*_FREQUENCY, "omegad", "wd"), at=True),
@@ -590,7 +604,7 @@ def measure(omega: Array, letters: Sequence[str]) -> dict[str, Array]:
     for name in letters:
         if name.startswith(("f", "nu")):
             known[name] = omega / (2 * np.pi)
-        elif name.startswith("T"):
+        elif name.startswith(_PERIODS):
             known[name] = period
     return known
 
