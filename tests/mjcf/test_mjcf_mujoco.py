@@ -567,6 +567,20 @@ def test_models_are_attached_as_mujoco_does(name: str) -> None:
     expect_the_same(read_mjcf("main.xml"), text)
 
 
+@pytest.mark.parametrize("part", ['body="b"', 'frame="f"'])
+def test_a_model_attaches_a_part_of_its_own_as_mujoco_does(part: str) -> None:
+    text = world(
+        f'<frame name="f" pos="0 0 0.1" euler="0 20 0" childclass="k">{PAIR}</frame>'
+        f'<frame pos="0 1 0" euler="0 0 30"><attach {part} prefix="x_"/></frame>',
+        '<default><default class="k"><joint damping="0.3"/></default></default>',
+    ).replace(
+        "</worldbody>",
+        f'</worldbody><tendon><fixed name="t" armature="0.2" stiffness="3">{ALONG}</fixed>'
+        '</tendon><actuator><motor tendon="t" armature="0.1"/></actuator>',
+    )
+    expect_the_same(read_mjcf(text), text)
+
+
 @pytest.mark.parametrize("policy", ["", 'conflict="warning"', 'conflict="merge"'])
 def test_options_of_attached_models_count_as_mujoco_lets_them(policy: str) -> None:
     Path("limb.xml").write_text(LIMB, encoding="utf-8")

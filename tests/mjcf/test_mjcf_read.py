@@ -291,6 +291,15 @@ def test_files_named_in_included_files_stand_beside_the_main_or_the_included_one
             ),
             "armature of tendon 'tendon', of which MuJoCo drops what couples branches",
         ),
+        (
+            model(
+                ARM.format("a", "0 0 1", ARM.format("b", "0 0 0", ""))
+                + '<attach body="b" prefix="x_"/>',
+                '<tendon><fixed><joint joint="a_joint" coef="1"/><joint joint="b_joint" coef="1"/>'
+                "</fixed></tendon>",
+            ),
+            "an <attach> is not read where <fixed> of line 3 refers to a part of it alone",
+        ),
         (model("", '<equality><tendon tendon1="a"/></equality>'), "'a' is no tendon along joints"),
         (model("", '<equality><flex flex="a"/></equality>'), "<flex> among the constraints"),
         (model("", '<equality><joint joint1="a"/></equality>'), "'a' is no hinge or slide"),

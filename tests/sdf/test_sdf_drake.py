@@ -44,6 +44,12 @@ def dynamics(text: str) -> str:
     return f"<axis><xyz>0 1 0</xyz><dynamics>{text}</dynamics></axis>"
 
 
+DAMPED = (
+    "<damping>0.3</damping><spring_stiffness>2</spring_stiffness>"
+    "<spring_reference>0.4</spring_reference>"
+)
+
+
 def collision(name: str, pose: str, shape: str, more: str = "") -> str:
     geometry = f"<geometry>{shape}</geometry>"
     return f'<collision name="{name}"><pose>{pose}</pose>{more}{geometry}</collision>'
@@ -73,6 +79,15 @@ TEXTS = {
     "slide": model(TWO + joint("r", "a", "b").replace("revolute", "prismatic")),
     "continuous": model(TWO + joint("r", "a", "b").replace("revolute", "continuous")),
     "weld": model(TWO + joint("r", "a", "b").replace("revolute", "fixed")),
+    **{
+        f"{kind} of a parent that hangs on its child": model(
+            A + B + joint("r", "b", "a", dynamics(DAMPED)).replace("revolute", kind) + ROOT
+        )
+        for kind in ("revolute", "prismatic", "fixed")
+    },
+    "two links that hang on the last child": model(
+        A + B + link("c") + joint("r", "b", "c") + joint("s", "c", "a") + ROOT
+    ),
     "free chain": model(A + B + joint("r", "a", "b")),
     "static": model(
         f"<static>true</static>{A}{B}{joint('r', 'a', 'b').replace('revolute', 'fixed')}"

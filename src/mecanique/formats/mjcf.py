@@ -354,7 +354,7 @@ class _Reader(Source):
             if child.attributes.get("class", "main") != "main":
                 raise self.refuse(child, "expected 'main' for the outermost class of defaults")
             self._define(child, "main", {})
-        attachable: dict[str, Element] = {}
+        attachable = {"": root}  # what names no model attaches a part of its own once more
         for asset in (child for part in root.all("asset") for child in part.children):
             if asset.tag == "model":
                 model = self._open_model(asset)
@@ -434,11 +434,11 @@ class _Reader(Source):
     ) -> Element:
         """Return a frame with what is attached, which keeps settings and classes of its model."""
         texts = self._attributes(attach, "attach", {})
-        name, prefix = texts.get("model"), texts.get("prefix")
+        name, prefix = texts.get("model", ""), texts.get("prefix")
         if prefix is None:
             raise self.refuse(attach, "<attach> has no prefix=…")
-        if name is None or name not in models:
-            known = ", ".join(map(repr, models)) or "none"
+        if name not in models or not (name or {"body", "frame"} & texts.keys()):
+            known = ", ".join(map(repr, filter(None, models))) or "none"
             message = f"<attach> expects one of the models among the assets, {known}"
             raise self.refuse(attach, f"{message}; got {name!r}")
         whole, kind = models[name], "main"
@@ -454,6 +454,10 @@ class _Reader(Source):
                 rows = [
                     row for row in section.children if part not in texts or _refers(row) <= held
                 ]
+                for row in section.children:
+                    if not name and (_refers(row) - held) and (_refers(row) & held - {GROUND}):
+                        what = f"<{row.tag}> of line {row.line} refers to a part of it alone"
+                        raise self.refuse(attach, f"an <attach> is not read where {what}")
                 if section.tag == "tendon":
                     held |= {row.attributes.get("name") for row in rows}
                 named = tuple(_rename(row, prefix, "") for row in rows)
@@ -477,7 +481,8 @@ class _Reader(Source):
                 return [element], kind
             kind = element.attributes.get("childclass", kind)
             waiting += [(inner, kind) for inner in element.children]
-        raise self.refuse(attach, f"model {attach.attributes['model']!r} has no {tag} {name!r}")
+        model = attach.attributes.get("model", "")
+        raise self.refuse(attach, f"model {model!r} has no {tag} {name!r}")
 
     # settings and defaults
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias, final
@@ -140,7 +140,7 @@ class _Scope:
 
 
 @final
-@dataclass
+@dataclass(eq=False)
 class _Link:
     """A link, in the frame of the joint that carries it."""
 
@@ -163,6 +163,7 @@ class _Joint:
     child: _Link
     pose: Array  # in the world
     version: tuple[int, int]  # of SDF in its file
+    sense: float = 1.0  # −1 where the child carries the parent
 
 
 def read_sdf(
@@ -623,6 +624,7 @@ class _Reader(Source):
                 closing.append(joint)
             else:
                 carrier[joint.child.name] = joint
+        closing = [joint for joint in closing if not self._turn(joint, carrier)]
         for frame in (*(link.frame for link in self._links), *self._framed):
             self._place(frame)
             self._carrier(frame)
@@ -651,6 +653,25 @@ class _Reader(Source):
         for joint in closing:
             self._close(joint)
 
+    def _turn(self, joint: _Joint, carrier: dict[str, _Joint]) -> bool:
+        """Let children carry their parents up to a loose root, so that a joint closes no loop.
+
+        Drake turns joints so, too.
+        """
+        ends = [_climb(link, carrier) for link in (joint.child, joint.parent)]
+        if ends[0][-1] is ends[1][-1]:
+            return False
+        for way, turned in zip(ends, ([], [joint]), strict=True):
+            turned += [carrier[link.name] for link in way[:-1]]
+            kinds = {part.element.attributes.get("type") for part in turned}
+            if way[-1] is self._ground or way[-1].static or kinds & {"ball", "universal"}:
+                continue
+            for part in turned:
+                part.parent, part.child, part.sense = part.child, part.parent, -part.sense
+            carrier |= {part.child.name: part for part in (joint, *turned)}
+            return True
+        return False
+
     def _direction(self, joint: _Joint, axis: Element | None) -> Array:
         """An axis in the joint's frame."""
         xyz = self._numbers_in(axis, "xyz", (0, 0, 1))
@@ -665,7 +686,7 @@ class _Reader(Source):
             model_frame = joint.scope.frames["__model__"]
             turn = joint.pose[:3, :3].T @ self._place(model_frame)[:3, :3]
         try:
-            return unit_vector(turn @ xyz)
+            return joint.sense * unit_vector(turn @ xyz)
         except InputError as error:
             raise self.refuse(joint.element, str(error)) from None
 
@@ -837,6 +858,14 @@ class _Reader(Source):
         weight = f"<gravity> of {', '.join(light)} is off, which Drake ignores." if light else ""
         about = filter(None, [weight])
         return self.assemble(name, bodies, self._loops, self.compose_laws(), *about)
+
+
+def _climb(link: _Link, carrier: Mapping[str, _Joint]) -> list[_Link]:
+    """Return a link, and those that carry it up to a root."""
+    way = [link]
+    while way[-1].name in carrier and carrier[way[-1].name].parent not in way:
+        way.append(carrier[way[-1].name].parent)
+    return way
 
 
 def _version_of(element: Element) -> list[int]:
