@@ -13,6 +13,7 @@ __all__ = [
     "TABLE",
     "make_ball",
     "make_block",
+    "make_buffer",
     "make_corner",
     "make_rack",
     "make_rod",
@@ -55,6 +56,14 @@ def make_block(width: float, height: float, mu: float) -> mq.Mechanism:
     return move_in_plane(
         mq.box(1.0, (width, width, height)), *_support("body", (width, height), mu)
     )
+
+
+def make_buffer() -> mq.Mechanism:
+    """Return a block of 1 kg on a level slide with a spring of 400 N/m at 0.2 m."""
+    bodies = mq.Body("ground"), mq.Body("block", mq.box(1.0, (0.1, 0.1, 0.1)))
+    slide = mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x")
+    buffer = mq.Stop("buffer", "slide", at=0.2, stiffness=400.0)
+    return mq.Mechanism("buffer", bodies, (slide,), switching=(buffer,))
 
 
 def make_rack(load: float, slope: float) -> mq.Mechanism:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sides import CORNER, make_corner, make_rod, make_sled
+from sides import CORNER, make_buffer, make_corner, make_rod, make_sled
 
 import mecanique as mq
 from mecanique.generation import dop853
@@ -319,6 +319,20 @@ def test_a_model_ends_bounces_while_another_contact_is_held(mu: float, tmp_path:
     if mu == 0:
         rests = found["time"][found["state[wall]"] == 1][0]
         assert rests == pytest.approx(3 * first, rel=0, abs=0.0005)
+
+
+def test_a_model_leaves_an_elastic_stop(tmp_path: Path) -> None:
+    v = {"x": 2.0}
+    path = mq.generate(mq.derive_modes(make_buffer()), "fmu", v=v, samples=4).write(tmp_path)[0]
+    found = fmpy.simulate_fmu(
+        str(path),
+        fmi_type="CoSimulation",
+        stop_time=1.0,
+        output_interval=0.1,
+        relative_tolerance=1e-10,
+    )
+    left = 1.0 - 0.1 - np.pi / 20
+    assert found["x"][-1] == pytest.approx(0.2 - 2.0 * left, rel=0, abs=1e-9)
 
 
 def test_a_model_has_poissons_impacts(tmp_path: Path) -> None:

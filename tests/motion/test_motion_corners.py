@@ -138,13 +138,35 @@ def test_a_pendulum_meets_its_stop() -> None:
     assert motion.audit().ok
 
 
-def test_an_elastic_stop_gives_back_what_it_takes() -> None:
-    """Half a period of the spring, π √(m/k)."""
-    block = slider(mq.Stop("buffer", "slide", at=1.0, stiffness=400.0))
-    motion = mq.simulate(block, v={"x": 2.0}, duration=1.5, rtol=1e-12)
+@pytest.mark.parametrize("place", [0.2, 0.3, 1.0])
+@pytest.mark.parametrize("speed", [1.0, 2.0, 3.0])
+def test_an_elastic_stop_gives_back_what_it_takes(place: float, speed: float) -> None:
+    """Half a period of the spring, π √(m/k); its gap is rounded to either side as it opens."""
+    block = slider(mq.Stop("buffer", "slide", at=place, stiffness=400.0))
+    motion = mq.simulate(block, v={"x": speed}, duration=1.5, rtol=1e-12)
     (at, off) = (event.t for event in motion.events)
-    np.testing.assert_allclose([at, off - at], [0.5, math.pi / 20], rtol=0, atol=1e-12)
-    np.testing.assert_allclose(motion.v[-1], -2.0, rtol=1e-11, atol=0)
+    np.testing.assert_allclose([at, off - at], [place / speed, math.pi / 20], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(motion.v[-1], -speed, rtol=1e-11, atol=0)
+
+
+@pytest.mark.parametrize("push", [3.0, 8.0])
+def test_what_sticks_at_a_stop_is_pulled_off_by_more_than_its_friction(push: float) -> None:
+    """Kinetic friction is the smaller: it jumps, and the stop, which would pull, holds nothing."""
+    rate, mu, mu_0 = 2.0, 0.3, 0.4
+    force = mq.Input("F", lambda t: push - rate * t, "N")
+    dry = mq.Friction("dry", "slide", mu, G, mu_static=mu_0)
+    block = replace(
+        slider(mq.Stop("wall", "slide"), dry),
+        forces=(mq.JointForce("pull", "slide", force),),
+        inputs=(force,),
+    )
+    motion = mq.simulate(block, q={"x": -0.2}, v={"x": 0.5}, duration=8.0)
+    assert motion.modes[-1].states == {"wall": "open", "dry": "slips -"}
+    off = (push + mu_0 * G) / rate
+    np.testing.assert_allclose(motion.modes[-1].begin, off, rtol=0, atol=1e-11)
+    left = 8.0 - off
+    x = -rate * left**3 / 6 - (mu_0 - mu) * G * left**2 / 2
+    np.testing.assert_allclose(motion["x"][-1], x, rtol=1e-11, atol=0)
 
 
 def test_a_bouncing_ball_comes_to_rest_at_its_time() -> None:

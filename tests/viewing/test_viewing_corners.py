@@ -12,7 +12,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sides import CORNER, make_ball, make_block, make_corner, make_rod, make_sled, move_in_plane
+from sides import (
+    CORNER,
+    make_ball,
+    make_block,
+    make_buffer,
+    make_corner,
+    make_rod,
+    make_sled,
+    move_in_plane,
+)
 from viewing_browser import Visit
 from viewing_engines import SCRIPTS, engine_of, needs_node, run
 
@@ -178,6 +187,17 @@ SIDES: dict[str, tuple[mq.Mechanism, dict[str, float], dict[str, float], float]]
     # 0.1 mm deep, within one step
     "dome": (replace(DOME, gravity=(0, 0, 0)), {"x": -0.23, "z": 1.0999}, {"x": 1.0}, 0.4),
 }
+
+
+@needs_node
+def test_a_page_leaves_an_elastic_stop(tmp_path: Path) -> None:
+    speeds = np.arange(1.0, 3.25, 0.25)
+    motions = [mq.simulate(make_buffer(), v={"x": v}, duration=1.0) for v in speeds]
+    tasks = [{"engine": asdict(engine_of(m)), "rtol": 1e-11, "times": [1.0]} for m in motions]
+    for speed, computed in zip(speeds, run(tasks, tmp_path), strict=True):
+        left = 1.0 - 0.2 / speed - math.pi / 20
+        assert computed["stopped"] == ""
+        assert computed["states"][-1][0] == pytest.approx(0.2 - speed * left, rel=0, abs=1e-9)
 
 
 @needs_node

@@ -535,7 +535,7 @@ static int candidates(const Terms *k, int e, bool touches, double still)
 {
     const int press = normal[e], rub = tangent[e];
     if (elastic[e]) {
-        const bool inside = k->gap[press] < 0.0 || (touches && k->rate[press] < 0.0);
+        const bool inside = touches && (k->gap[press] < 0.0 || k->rate[press] < 0.0);
         return 1 << (inside ? HELD : OPEN_ELEMENT);
     }
     if (press >= 0 && (!touches || k->rate[press] > still)) return 1 << OPEN_ELEMENT;
@@ -723,7 +723,7 @@ static bool begin(double t, double *y, double *p, double early, char *words)
                      name[e], -k.gap[normal[e]]);
             return false;
         }
-        touching[e] = is_touching(&k, e, OPEN_ELEMENT);
+        touching[e] = elastic[e] ? k.gap[normal[e]] < 0.0 : is_touching(&k, e, OPEN_ELEMENT);
         p[MODE + e] = normal[e] >= 0 ? OPEN_ELEMENT : HELD;
     }
     return change(t, y, p, touching, none, early, words);

@@ -408,7 +408,7 @@ class Corners:
         q, v = y[: self._nq], y[self._nq :]
         terms = self.rows.at(q, v, t)
         touching = [self._is_touching(terms, i, mode[i]) for i in range(len(self.elements))]
-        forbidden: frozenset[tuple[int, str]] = frozenset()
+        forbidden, spent = frozenset[tuple[int, str]](), None
         solution = self.laws.solve(terms, mode)
         shared = solution is not None and solution.redundant and state.name in (STICKS, CLOSED)
         shared = shared and self._is_inside(terms, k)
@@ -429,12 +429,13 @@ class Corners:
         elif not shared and state.name == STICKS:
             if any(near and s.name == OPEN for near, s in zip(touching, mode, strict=True)):
                 self._ended |= {mode}  # what touches and is open may hold it from here on
+                spent = k
             else:
                 forbidden = frozenset({(k, STICKS)})
         elif not shared and not self._is_turning(terms, k, v, state):
             # the slip, which is zero to rounding, is zero
             y = self._project(t, y, (*mode[:k], ElementState(STICKS), *mode[k + 1 :]))
-        return self._change(t, y, touching, forbidden)
+        return self._change(t, y, touching, forbidden, spent)
 
     def _is_turning(self, terms: Terms, k: int, v: Array, state: ElementState) -> bool:
         """Return whether slip in space goes on in another direction."""
@@ -445,8 +446,12 @@ class Corners:
 
     def _is_touching(self, terms: Terms, k: int, state: ElementState | None = None) -> bool:
         element, closed = self.elements[k], state is not None and state.name != OPEN
-        if not element.struck:
-            return closed and element.normal is not None
+        if element.normal is None:
+            return False
+        if (
+            element.stiffness is not None
+        ):  # its gap is zero to rounding, of either sign, as it opens
+            return closed or (state is None and bool(terms.gaps[element.normal] < 0))
         near = bool(terms.gaps[element.rows[0]] <= CLOSED_GAP * self.length)
         return closed or (near and self._is_inside(terms, k))
 
@@ -475,8 +480,12 @@ class Corners:
         y: Array,
         touching: list[bool],
         forbidden: frozenset[tuple[int, str]],
+        spent: int | None = None,
     ) -> tuple[Array, list[Occurrence]]:
-        """Resolve impacts, then choose the mode that follows; return the state and events."""
+        """Resolve impacts, then choose the mode that follows; return the state and events.
+
+        What has spent its static friction sticks on only where others take some of it.
+        """
         q, v = y[: self._nq], y[self._nq :].copy()
         before = y[self._nq :]
         terms = self.rows.at(q, v, t)
@@ -490,6 +499,13 @@ class Corners:
 
         def follow() -> ModeSolution:
             following = self.laws.follow(terms, touching, still, forbidden, self._ended)
+            if spent is not None and len(following) > 1:
+                following = [
+                    s
+                    for s in following
+                    if s.mode[spent].name != STICKS
+                    or self.laws.margins(terms, s.mode)[spent, 1] > 0
+                ]
             return self._choose(following, t, y)
 
         if approaching:

@@ -256,7 +256,7 @@ class Laws:
         states: list[ElementState] = []
         if normal is not None:
             if element.stiffness is not None:
-                inside = terms.gaps[normal] < 0 or (touches and terms.rates[normal] < 0)
+                inside = touches and (terms.gaps[normal] < 0 or terms.rates[normal] < 0)
                 return [ElementState(CLOSED if inside else OPEN)]
             if not touches or terms.rates[normal] > still:
                 return [ElementState(OPEN)]

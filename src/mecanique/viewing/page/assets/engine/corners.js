@@ -262,7 +262,9 @@ export class Corners {
     const now = this.read(t, y);
     const [within] = this.findWithin(now);
     if (within) return `as ${within.name} begins with its bodies one within the other`;
-    const touching = this.elements.map((_, k) => this.isTouching(k, now));
+    const touching = this.elements.map(({ normal }, k) =>
+      this.isElastic(k) ? now.gaps[normal] < 0 : this.isTouching(k, now),
+    );
     return this.change(t, y, touching, new Set());
   }
 
@@ -344,7 +346,7 @@ export class Corners {
   candidates(k, { gaps, rates, touching, still }) {
     const { normal, tangent } = this.elements[k];
     if (this.isElastic(k)) {
-      const inside = gaps[normal] < 0 || (touching[k] && rates[normal] < 0);
+      const inside = touching[k] && (gaps[normal] < 0 || rates[normal] < 0);
       return [inside ? "closed" : OPEN];
     }
     if (normal !== null && (!touching[k] || rates[normal] > still)) return [OPEN];
