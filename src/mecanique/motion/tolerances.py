@@ -175,6 +175,10 @@ SAME_FORCES = 1e-8
 UNRESISTED = 1e-9
 """Directions with stiffnesses below this part are free: equilibria along them are one family."""
 
+FLAT_HELD = 1e-8
+"""Slopes of forces below this part of the loads that contacts bear there, over a unit of the
+coordinate, are rounding: differences over `SLOPE_STEP` leave 1e-10."""
+
 SMALL_ACCELERATION = 1e-9
 """Accelerations of this part of those that other changes cause are rounding."""
 

@@ -116,6 +116,7 @@ def equilibria(
             "q": dict(zip(mechanism.coordinates, equilibrium.q.tolist(), strict=True)),
             "stable": equilibrium.stable,
             "family": list(equilibrium.family),
+            "states": dict(equilibrium.states),
             "frequencies": equilibrium.linearization.frequencies.tolist(),
         }
         for equilibrium in find_equilibria(mechanism, seed=seed)

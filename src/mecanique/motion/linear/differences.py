@@ -10,7 +10,8 @@ import numpy as np
 from mecanique.errors import ClosureError, InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import list_left_out
-from mecanique.motion.linear.free_motions import TreeMotion, effort, free_near
+from mecanique.motion.linear.free_motions import FreeMotion, effort, free_near
+from mecanique.motion.linear.held import HeldMode
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.record.loops import begin_on_loops
 from mecanique.motion.simulation.problem import Values
@@ -19,7 +20,6 @@ from mecanique.verification.stencil import differences_twice
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
-    from mecanique.reference.loops.independent import Independent
 
 
 STEPS = (0.02, 0.004, 0.0008, 0.00016)
@@ -27,7 +27,7 @@ STEPS = (0.02, 0.004, 0.0008, 0.00016)
 
 
 def linearize_about(
-    reference: Reference,
+    reference: Reference | HeldMode,
     at: Values,
     v: Values | None = None,
     t: float = 0.0,
@@ -37,8 +37,11 @@ def linearize_about(
 ) -> Linearization:
     """Linearize the equations of motion about a state, with loops closed next to it."""
     mechanism = reference.mechanism
-    reference, state, _ = begin_on_loops(reference, at, v, t)
-    position, velocity = state[: mechanism.nq], state[mechanism.nq :]
+    if isinstance(reference, HeldMode):
+        position, velocity = mechanism.position(at), mechanism.velocity(v)
+    else:
+        reference, state, _ = begin_on_loops(reference, at, v, t)
+        position, velocity = state[: mechanism.nq], state[mechanism.nq :]
     acceleration = reference.acceleration(position, velocity, t)
     free = free_near(reference, position, t)
     tangent, w, rate = free.tangent, velocity[free.chosen], acceleration[free.chosen]
@@ -49,6 +52,8 @@ def linearize_about(
 
     K, error_k = slopes(by_position, tangent.shape[1])
     C, error_c = slopes(by_velocity, tangent.shape[1])
+    if isinstance(reference, HeldMode):
+        K, C = (reference.drop_rounding(slope, tangent, position, t) for slope in (K, C))
     M = tangent.T @ reference.mass_matrix(position, t) @ tangent
     # what differs from symmetry by no more than the differences' error is symmetric
     if np.abs(K - K.T).max(initial=0.0) <= DIFFERENCES * np.abs(K).max(initial=0.0):
@@ -69,9 +74,14 @@ def linearize_about(
 
 
 def _explain_left_out(
-    reference: Reference, at: Values, v: Values | None, position: np.ndarray, velocity: np.ndarray
+    reference: Reference | HeldMode,
+    at: Values,
+    v: Values | None,
+    position: np.ndarray,
+    velocity: np.ndarray,
 ) -> str:
-    rank = None if reference.closed is None else reference.closed.most
+    closed = None if isinstance(reference, HeldMode) else reference.closed
+    rank = None if closed is None else closed.most
     start = np.concatenate([position, velocity])
     said = list_left_out(reference.mechanism, at, v, start, rank)
     return f"about the state given{said}" if said else ""
@@ -92,9 +102,9 @@ _Function: TypeAlias = Callable[[np.ndarray], np.ndarray]
 
 
 def _along(
-    reference: Reference,
-    places: Independent | TreeMotion,
-    free: Independent | TreeMotion,
+    reference: Reference | HeldMode,
+    places: FreeMotion,
+    free: FreeMotion,
     w: np.ndarray,
     rate: np.ndarray,
     t: float,
@@ -105,7 +115,7 @@ def _along(
     )
 
 
-def find_idle(reference: Reference, q: np.ndarray, t: float) -> np.ndarray:
+def find_idle(reference: Reference | HeldMode, q: np.ndarray, t: float) -> np.ndarray:
     """Return the displacements that nothing resists at rest, as orthonormal columns (nv, k).
 
     What rolls may be put where it cannot roll to straight away.
@@ -122,7 +132,7 @@ def find_idle(reference: Reference, q: np.ndarray, t: float) -> np.ndarray:
     return idle
 
 
-def _near(free: Independent | TreeMotion, step: np.ndarray) -> np.ndarray:
+def _near(free: FreeMotion, step: np.ndarray) -> np.ndarray:
     try:
         return free.position(step)
     except ClosureError as error:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import compress, product, repeat
 from typing import TYPE_CHECKING, final
 
 import numpy as np
@@ -17,10 +19,12 @@ from mecanique.model.mechanism_units import units
 from mecanique.model.random_positions import draw_positions
 from mecanique.model.values import whole
 from mecanique.motion.linear.differences import find_idle, linearize_about
-from mecanique.motion.linear.free_motions import effort
+from mecanique.motion.linear.free_motions import effort, free_near
+from mecanique.motion.linear.held import HeldMode
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.simulation.problem import Values
+from mecanique.motion.switching.corners import Corners
 from mecanique.motion.tolerances import (
     ACCELERATES,
     AT_REST,
@@ -42,7 +46,6 @@ from mecanique.wording import Legible, enumerate_words
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
-    from mecanique.reference.loops.closed import Closed
 
 
 _REACH = 1.0
@@ -56,6 +59,21 @@ STEPS = 100
 
 HALVINGS = 20
 """How often a step that does not help is halved."""
+
+HOPELESS = 8
+"""After so many starts in vain the search in a mode ends."""
+
+MOST_STRUCK = 6
+"""Stops and contacts whose modes are searched: 64 choices of what is closed."""
+
+BETWEEN, REACHED = 0.3, 1e-4
+"""Where between two positions of rest another is looked for, and how near it must be to there: no
+symmetry makes a third one there."""
+
+NEXT, LOOKS, FAR, SAME_RANGE, SAME_END = 1e-4, 8, (10.0, 100.0), 1e-4, 1e-10
+"""Part of a span next to a position at which it rests if it may be changed at all, looks over the
+span and far beyond, the least range that is told, and the part of the span to which its ends are
+found."""
 
 PATIENCE, GAIN = 6, 0.9
 """A start is given up after so many steps on loops that do not bring the forces down to this part
@@ -72,6 +90,8 @@ class Equilibrium(Legible):
         linearization: small motions about it.
         family: what may have any value at rest, by name; coordinates that change together are
             named together, as "phi and psi together". Empty where it stands alone.
+        states: of each element that switches, by name.
+        ranges: from where to where a coordinate alone may be changed, as friction holds it there.
 
     Example:
         >>> down, up = mq.equilibria(mq.textbook.load("rigid_bar_pendulum"))
@@ -84,6 +104,8 @@ class Equilibrium(Legible):
     q: np.ndarray
     linearization: Linearization
     family: tuple[str, ...] = ()
+    states: Mapping[str, str] = field(default_factory=dict)
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def stable(self) -> bool:
@@ -92,7 +114,16 @@ class Equilibrium(Legible):
 
     def __str__(self) -> str:
         first, *rest = str(self.linearization).splitlines()
-        return "\n".join([first + say_family(self.family), *rest])
+        held = [f"; {element} {state}" for element, state in self.states.items()]
+        held += [f"; {x} {_say_range(*ends)}" for x, ends in self.ranges.items()]
+        return "\n".join(["".join([first, say_family(self.family), *held]), *rest])
+
+
+def _say_range(low: float, high: float) -> str:
+    start, end = (f"{round(end, 9) + 0.0:.6g}" for end in (low, high))
+    if low == -np.inf:
+        return f"up to {end}"
+    return f"from {start} on" if high == np.inf else f"from {start} to {end}"
 
 
 @one_thread_for_loops
@@ -111,6 +142,10 @@ def equilibria(
     its track or a coin upright anywhere on its table, one is returned, and its `family` says which
     coordinates are free.
 
+    Where elements switch, a position rests if the mode that follows there has no acceleration.
+    Every mode is searched; small motions are those within it, so that what sticks goes on sticking.
+    Of positions among which friction holds one is returned, with its `states` and `ranges`.
+
     Args:
         mechanism: what may rest.
         starts: positions to start from, or how many random ones besides the neutral position.
@@ -122,8 +157,8 @@ def equilibria(
         One for each position found.
 
     Raises:
-        InputError: if a start is not what is expected, or the loops lock the mechanism in a
-            singular position.
+        InputError: if a start is not what is expected, the loops lock the mechanism in a singular
+            position, or more than 6 elements may be closed.
         UnknownNameError: if a coordinate does not exist.
         ClosureError: if the loops cannot be closed at all.
 
@@ -132,6 +167,13 @@ def equilibria(
         [True, False]
     """
     t = finite(t, "the time t")
+    if isinstance(starts, int):
+        count = whole(starts, "the number of starts", 0, MOST_STARTS)
+        positions = draw_starts(mechanism, count, seed)
+    else:
+        positions = [mechanism.position(start) for start in starts]
+    if mechanism.switching:
+        return _search_modes(mechanism, positions, t)
     if reference is None:
         from mecanique.reference import Reference
 
@@ -140,22 +182,45 @@ def equilibria(
         from mecanique.reference.loops.freedom import refuse_locked
 
         refuse_locked(reference.closed, t)
-    if isinstance(starts, int):
-        count = whole(starts, "the number of starts", 0, MOST_STARTS)
-        positions = draw_starts(mechanism, count, seed)
-    else:
-        positions = [mechanism.position(start) for start in starts]
     search = EquilibriumSearch(reference, positions, t)
     for start in positions:
         search.add(start)
     return search.sorted
 
 
+def _search_modes(mechanism: Mechanism, starts: list[Array], t: float) -> tuple[Equilibrium, ...]:
+    """Return the positions of rest of every mode, in the order of their potential energy."""
+    corners = Corners(mechanism)
+    struck = [element.name for element in corners.elements if element.struck]
+    if len(struck) > MOST_STRUCK:
+        raise InputError(
+            f"{len(struck)} elements may be closed, more than {MOST_STRUCK}, which are too many "
+            "for every mode to be searched; expected fewer"
+        )
+    rests, rubs = list[Equilibrium](), any(element.tangents for element in corners.elements)
+    for flags in product((False, True), repeat=len(struck)):
+        closed = frozenset(compress(struck, flags))
+        search = EquilibriumSearch(HeldMode(corners, closed), starts, t)
+        loose = HeldMode(corners, closed, sticks=False)
+        for k, start in enumerate(starts):
+            if k == HOPELESS and not search.equilibria:
+                break
+            # friction holds around where it has nothing to hold
+            balanced = equilibrium_near(loose, start, t) if rubs else None
+            for place in (start,) if balanced is None else (balanced, start):
+                search.add(place)
+        # what touches without force rests in two modes
+        rests += [e for e in search.equilibria if not any(map(search.is_same, repeat(e), rests))]
+    return tuple(sorted(rests, key=lambda rest: search.potential(rest.q)))
+
+
 @final
 class EquilibriumSearch:
     """The equilibria that starts, shape (nq,) each, have led to so far."""
 
-    def __init__(self, reference: Reference, starts: Sequence[np.ndarray], t: float) -> None:
+    def __init__(
+        self, reference: Reference | HeldMode, starts: Sequence[np.ndarray], t: float
+    ) -> None:
         self.equilibria: list[Equilibrium] = []
         self.refused: list[MecaniqueError] = []
         """Why positions of rest cannot be linearized about."""
@@ -174,7 +239,7 @@ class EquilibriumSearch:
     @property
     def sorted(self) -> tuple[Equilibrium, ...]:
         """The equilibria in the order of their potential energy."""
-        return tuple(sorted(self.equilibria, key=lambda e: self._potential(e.q)))
+        return tuple(sorted(self.equilibria, key=lambda e: self.potential(e.q)))
 
     def add(self, start: np.ndarray) -> None:
         """Add the equilibrium that a start leads to, if it leads to one that is not there yet."""
@@ -189,6 +254,9 @@ class EquilibriumSearch:
         try:
             self._refuse_singular(q)
             linearization = linearize_about(self._reference, q, t=self._t)
+            if isinstance(self._reference, HeldMode):
+                self.equilibria += self._describe(q, linearization, self._reference)
+                return
             idle = find_idle(self._reference, q, self._t)
         except (EngineError, InputError) as error:
             self.refused.append(error)
@@ -197,8 +265,28 @@ class EquilibriumSearch:
             self.equilibria.append(Equilibrium(q, linearization, family))
             self._idle.append(idle)
 
+    def _describe(
+        self, q: Array, linearization: Linearization, mode: HeldMode
+    ) -> Iterator[Equilibrium]:
+        """Yield a position of rest in a mode, with the ends between which friction holds."""
+        states = mode.follows(q, self._t)
+        if states is None:  # where it touches without force another mode may follow
+            return
+        family, ranges = list[str](), dict[str, tuple[float, float]]()
+        for in_q, in_v in zip(*self._rates.plain, strict=True):
+            name = mode.mechanism.coordinates.names[in_q]
+            span = np.pi if in_q in self._turning else _REACH
+            low, high = (_find_end(mode, q, (in_q, in_v), self._t, side * span) for side in (-1, 1))
+            if np.isinf(low) and np.isinf(high):
+                family.append(name)
+            elif high - low > SAME_RANGE:
+                ranges[name] = low, high
+        yield Equilibrium(q, linearization, tuple(family), states, ranges)
+
     def _is_known(self, q: Array) -> bool:
         """Return whether a position of rest is among those there, or of a family of theirs."""
+        if isinstance(self._reference, HeldMode):
+            return any(self._are_kin(known.q, q, self._reference) for known in self.equilibria)
         curved = []
         for known, idle in zip(self.equilibria, self._idle, strict=True):
             gap = self._apart(known.q, q)
@@ -206,14 +294,31 @@ class EquilibriumSearch:
                 return True
             if idle.shape[1]:
                 curved.append((known.q, idle))
-        height = self._potential(q)
+        height = self.potential(q)
         return any(
-            abs(self._potential(place) - height) <= SAME_FORCES * (1 + abs(height))
+            abs(self.potential(place) - height) <= SAME_FORCES * (1 + abs(height))
             and self._walks(place, idle, q)
             for place, idle in curved
         )
 
-    def _potential(self, q: Array) -> float:
+    def _are_kin(self, known: Array, q: Array, mode: HeldMode) -> bool:
+        """Return whether two positions of rest are one, or rest is between them, too."""
+        gap = self._apart(known, q)
+        if np.abs(gap).max(initial=0.0) < SAME_PLACE:
+            return True
+        try:
+            between = mode.close(self._rates.displace(known, BETWEEN * gap), self._t)
+        except MecaniqueError:
+            return False
+        rest = equilibrium_near(mode, between, self._t)
+        return rest is not None and bool(np.abs(self._apart(between, rest)).max() < REACHED)
+
+    def is_same(self, one: Equilibrium, other: Equilibrium) -> bool:
+        """Return whether two positions are one."""
+        return bool(np.abs(self._apart(one.q, other.q)).max(initial=0.0) < SAME_PLACE)
+
+    def potential(self, q: Array) -> float:
+        """Return the potential energy at a position [J]."""
         return float(self._reference.energy(q, None, self._t).potential)
 
     def _walks(self, place: Array, idle: Array, goal: Array) -> bool:
@@ -262,7 +367,7 @@ class EquilibriumSearch:
 
 
 def _usual_inertia(
-    reference: Reference, positions: Sequence[np.ndarray], t: float
+    reference: Reference | HeldMode, positions: Sequence[np.ndarray], t: float
 ) -> tuple[np.ndarray, float]:
     """Return √M_ii at its largest, shape (nv,), and the largest least eigenvalue of M so scaled."""
     nv = reference.mechanism.nv
@@ -282,7 +387,7 @@ def draw_starts(mechanism: Mechanism, count: int, seed: int) -> list[np.ndarray]
     return [mechanism.neutral(), *drawn]
 
 
-def _unwind(reference: Reference, q: np.ndarray, turning: list[int], t: float) -> np.ndarray:
+def _unwind(reference: Reference | HeldMode, q: Array, turning: list[int], t: float) -> Array:
     """Bring angles to −π…π if the forces are the same there; with a torsion spring they are not."""
     if not turning:
         return q
@@ -360,14 +465,53 @@ def say_family(names: tuple[str, ...]) -> str:
     return f"; it is one of a family, with any value of {listed}"
 
 
-def equilibrium_near(reference: Reference, start: np.ndarray, t: float) -> np.ndarray | None:
+def _find_end(
+    mode: HeldMode, q: Array, coordinate: tuple[int, int], t: float, span: float
+) -> float:
+    """Return to where a coordinate alone may be changed; infinite if it may by far."""
+    in_q, in_v = coordinate
+
+    def rests(x: float) -> bool:
+        moved = q.copy()
+        moved[in_q] = x
+        try:
+            closed = mode.close(moved, t, fixed=in_v)
+        except MecaniqueError:
+            return False
+        rest = equilibrium_near(mode, closed, t)
+        return rest is not None and bool(abs(rest[in_q] - x) < SAME_PLACE)
+
+    inside = float(q[in_q])
+    for part in (NEXT, *np.arange(1, LOOKS + 1) / LOOKS, *FAR):
+        outside = float(q[in_q]) + part * span
+        if not rests(outside):
+            break
+        inside = outside
+    else:
+        return float(np.sign(span)) * np.inf
+    if part == NEXT:
+        return inside
+    while abs(outside - inside) > SAME_END * abs(span):
+        middle = (inside + outside) / 2
+        inside, outside = (middle, outside) if rests(middle) else (inside, middle)
+    return inside
+
+
+def equilibrium_near(
+    reference: Reference | HeldMode, start: np.ndarray, t: float
+) -> np.ndarray | None:
     """Return the position (nq,) without acceleration that Newton's method reaches, or None."""
     if not reference.mechanism.nv:
         return start
     try:
+        if isinstance(reference, HeldMode):
+            q = _on_loops(reference, partial(reference.close, t=t), start, t)
+            return q if q is not None and reference.keeps(q, t) else None
         if reference.closed is None:
             return _of_tree(reference, start, t)
-        q = _on_loops(reference, reference.closed, start, t)
+        from mecanique.reference.loops.assembly import close_position
+
+        q = _on_loops(reference, partial(close_position, reference.closed, t=t), start, t)
         return None if q is None or _is_driven(reference, q, t) else q
     except (MecaniqueError, np.linalg.LinAlgError):
         return None  # e.g. a spring of no length, or loops that cannot be closed on the way
@@ -413,18 +557,15 @@ def _of_tree(reference: Reference, start: np.ndarray, t: float) -> np.ndarray | 
 
 
 def _on_loops(
-    reference: Reference, closed: Closed, start: np.ndarray, t: float
+    reference: Reference | HeldMode, close: Callable[[Array], Array], start: Array, t: float
 ) -> np.ndarray | None:
-    """Do the same in the deviations that the loops leave free."""
-    from mecanique.reference.loops.assembly import close_position
-    from mecanique.reference.loops.independent import Independent
-
+    """Do the same in the deviations that the loops, or what is closed and sticks, leave free."""
     rates = Rates.of(reference.mechanism)
     still = np.zeros(reference.mechanism.nv)
-    q = close_position(closed, rates.normalize(np.array(start, dtype=float)), t)
+    q = close(rates.normalize(np.array(start, dtype=float)))
     balanced, best, idle = False, np.inf, 0
     for _ in range(STEPS):
-        free = Independent(closed, q, t)
+        free = free_near(reference, q, t)
         count = len(free.chosen)
         if not count:
             return q
@@ -439,6 +580,8 @@ def _on_loops(
         slope = ((ahead - behind) / (2 * SLOPE_STEP)).T
         # row by row and by the masses that move, so that a small part counts beside a large one
         tangent = free.tangent
+        if isinstance(reference, HeldMode):
+            slope = reference.drop_rounding(slope, tangent, q, t)
         weight = np.abs(reference.inverse_dynamics(q, still, still, t))
         least = (
             AT_REST_ON_LOOPS * (np.abs(slope).max(axis=1) + np.abs(tangent).T @ weight) + NO_FORCE
@@ -454,7 +597,7 @@ def _on_loops(
         step *= min(1.0, 0.5 / max(_size(step), TINY))
         if _size(step) < NEWTON_STEP_ON_LOOPS:
             break
-        q = close_position(closed, rates.displace(q, tangent @ step), t)
+        q = close(rates.displace(q, tangent @ step))
     return q if balanced else None
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, final
+from typing import TYPE_CHECKING, TypeAlias, final
 
 import numpy as np
 
@@ -11,11 +11,15 @@ from mecanique.arrays import Array
 from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Input
+from mecanique.motion.linear.held import HeldMode, HeldMotion
 from mecanique.motion.record.rates import Rates
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
     from mecanique.reference.loops.independent import Independent
+
+FreeMotion: TypeAlias = "Independent | HeldMotion | TreeMotion"
+"""What is free to move near a position."""
 
 
 @final
@@ -45,14 +49,16 @@ class TreeMotion:
 
 
 def free_near(
-    reference: Reference,
+    reference: Reference | HeldMode,
     q: Array,
     t: float,
     *,
     positional: bool = False,
     prefer: Array | None = None,
-) -> Independent | TreeMotion:
+) -> FreeMotion:
     """Return the motion that constraints leave free near a position, or those of positions do."""
+    if isinstance(reference, HeldMode):
+        return HeldMotion(reference, q, t)
     closed = reference.closed
     if closed is None:
         return TreeMotion(reference.mechanism, q)
@@ -63,8 +69,8 @@ def free_near(
 
 
 def effort(
-    reference: Reference,
-    free: Independent | TreeMotion,
+    reference: Reference | HeldMode,
+    free: FreeMotion,
     q: np.ndarray,
     w: np.ndarray,
     rate: np.ndarray,

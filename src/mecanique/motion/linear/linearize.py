@@ -10,6 +10,7 @@ from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.linear.differences import find_idle, linearize_about, refuse_rolling
 from mecanique.motion.linear.equilibria import (
+    HOPELESS,
     EquilibriumSearch,
     draw_starts,
     equilibrium_near,
@@ -27,9 +28,6 @@ if TYPE_CHECKING:
 
 STARTS = 20
 """Number of random starts of the search if no equilibrium is near the neutral position."""
-
-HOPELESS = 8
-"""After so many of them in vain the search ends."""
 
 
 @one_thread_for_loops

@@ -276,7 +276,7 @@ class Corners:
             # what is held does not move: between steps it does by the error of the curve, whose
             # power would be resolved in vain
             slips = terms.rates.copy()
-            slips[self._list_rows(self.mode(moment))] = 0.0
+            slips[self.list_rows(self.mode(moment))] = 0.0
             heat = [-forces[rows] @ slips[rows] for rows in self.rubbing.values()]
             powers.append([*heat, forces @ (slips - terms.drift)])
         return np.array(powers).reshape(len(t), -1)
@@ -303,7 +303,7 @@ class Corners:
 
     # on the rows that are held ------------------------------------------------------------------
 
-    def _list_rows(self, mode: Mode) -> list[int]:
+    def list_rows(self, mode: Mode) -> list[int]:
         """Return the rows held in velocity, of which those of gaps are held in position, too."""
         rows = list(self.rows.permanent)
         for element, state in zip(self.elements, mode, strict=True):
@@ -318,14 +318,14 @@ class Corners:
         return self._project(t, y, self.mode(t))
 
     def _project(self, t: float, y: Array, mode: Mode) -> Array:
-        in_velocity = self._list_rows(mode)
+        in_velocity = self.list_rows(mode)
         in_position = [row for row in in_velocity if self.rows.positional[row]]
         q, v = self.rows.rates.normalize(y[: self._nq]), y[self._nq :]
         if not in_velocity:
             return np.concatenate([q, v])
         q = self._close_gaps(t, q, v, in_position)
         terms = self.rows.at(q, v, t)
-        v = v + _least_step(terms, in_velocity, terms.rates[in_velocity])
+        v = v + least_step(terms, in_velocity, terms.rates[in_velocity])
         for row in in_velocity:
             entries = np.flatnonzero(terms.jacobian[row])
             if len(entries) == 1:
@@ -341,12 +341,12 @@ class Corners:
             gaps = terms.gaps[rows]
             if np.abs(gaps).max() <= NO_GAP * self.length:
                 break
-            q = self.rows.rates.displace(q, _least_step(terms, rows, gaps))
+            q = self.rows.rates.displace(q, least_step(terms, rows, gaps))
         return q
 
     def has_left(self, t: float, y: Array) -> bool:
         """Return whether a state has drifted off the rows that are held."""
-        if not self._list_rows(self.mode(t)):
+        if not self.list_rows(self.mode(t)):
             return False
         gap = np.abs(self.close(t, y) - y)
         return bool(gap.max() > DRIFTED * (1.0 + np.abs(y).max()))
@@ -386,7 +386,9 @@ class Corners:
         if which == 0:
             row = self.elements[k].rows[0]
             met = terms.gaps[row] < -PARTED * self.length
-            return mode[k].name == OPEN and not met and terms.rates[row] > self._still(terms, v)
+            return (
+                mode[k].name == OPEN and not met and terms.rates[row] > self.still_speed(terms, v)
+            )
         if not self._is_turning(terms, k, v, mode[k]):
             return False
         self._times.append(t)
@@ -442,15 +444,14 @@ class Corners:
         slip = terms.rates[list(self.elements[k].tangents)]
         size = float(np.linalg.norm(slip))
         ahead = state.name == SLIPS and slip @ np.array(state.direction) > ASTRAY * size
-        return bool(ahead) and size > self._still(terms, v)
+        return bool(ahead) and size > self.still_speed(terms, v)
 
     def _is_touching(self, terms: Terms, k: int, state: ElementState | None = None) -> bool:
         element, closed = self.elements[k], state is not None and state.name != OPEN
         if element.normal is None:
             return False
-        if (
-            element.stiffness is not None
-        ):  # its gap is zero to rounding, of either sign, as it opens
+        if element.stiffness is not None:
+            # as it opens its gap is zero to rounding, of either sign
             return closed or (state is None and bool(terms.gaps[element.normal] < 0))
         near = bool(terms.gaps[element.rows[0]] <= CLOSED_GAP * self.length)
         return closed or (near and self._is_inside(terms, k))
@@ -489,7 +490,7 @@ class Corners:
         q, v = y[: self._nq], y[self._nq :].copy()
         before = y[self._nq :]
         terms = self.rows.at(q, v, t)
-        still = self._still(terms, v)
+        still = self.still_speed(terms, v)
         occurrences: list[Occurrence] = []
         approaching = [
             k
@@ -519,13 +520,13 @@ class Corners:
             struck = pushed.union(approaching)
             names = ", ".join(e.name for k, e in enumerate(self.elements) if k in struck)
             occurrences.append(Occurrence(f"{names}: impact", t, q, before, v))
-            still = self._still(terms, np.maximum(np.abs(before), np.abs(v)))
+            still = self.still_speed(terms, np.maximum(np.abs(before), np.abs(v)))
             self._ended = frozenset()
         solution = self._decide(t, y, follow)
         if approaching and (ended := self._find_last_bounces(terms, solution, touching, still)):
             # what touches stays together meanwhile
-            rows = self._list_rows(solution.mode) + [self.elements[k].rows[0] for k in ended]
-            v = v + _least_step(terms, rows, terms.rates[rows])
+            rows = self.list_rows(solution.mode) + [self.elements[k].rows[0] for k in ended]
+            v = v + least_step(terms, rows, terms.rates[rows])
             terms = self.rows.at(q, v, t)
             # the energy of the bounces left out is lost by the last one
             occurrences[-1] = replace(occurrences[-1], after=v)
@@ -545,7 +546,7 @@ class Corners:
         self._present_program = (inf, -inf, None)
         return y, occurrences
 
-    def _still(self, terms: Terms, v: Array) -> float:
+    def still_speed(self, terms: Terms, v: Array) -> float:
         """Return the speed below which a row's rate is rounding."""
         # where all comes to rest at once, speeds are rounding of those that the loads bring about
         pull = np.abs(terms.jacobian) @ np.abs(np.linalg.solve(terms.mass, terms.load))
@@ -725,7 +726,7 @@ def _rounding(terms: Terms, v: Array) -> float:
     return STILL * float(size.max(initial=0.0))
 
 
-def _least_step(terms: Terms, rows: list[int], gaps: Array) -> Array:
+def least_step(terms: Terms, rows: list[int], gaps: Array) -> Array:
     """Return the least change of velocities, by kinetic energy, that takes away rates of rows."""
     J = terms.jacobian[rows]
     response = np.linalg.solve(terms.mass, J.T)

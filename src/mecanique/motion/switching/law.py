@@ -219,7 +219,7 @@ class Laws:
         """
         choices, near, beginning = [], set[int](), set[int]()
         for k, element in enumerate(self.elements):
-            states = self._candidates(terms, element, touching[k], still)
+            states = self.candidates(terms, element, touching[k], still)
             choices.append([s for s in states if (k, s.name) not in forbidden])
             if touching[k] and element.struck and terms.rates[element.normal] <= still:
                 near.add(k)
@@ -249,9 +249,10 @@ class Laws:
             if self._is_sound(terms, solution, drive, near, beginning, still)
         ]
 
-    def _candidates(
+    def candidates(
         self, terms: Terms, element: ElementRows, touches: bool, still: float
     ) -> list[ElementState]:
+        """Return the states in which an element may go on, open first, by its gap and its slip."""
         normal = element.normal
         states: list[ElementState] = []
         if normal is not None:

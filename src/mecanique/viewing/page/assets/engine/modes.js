@@ -19,6 +19,7 @@ const ASTRAY_IN_MODE = 3; // the same where each mode is searched
 const SAME = 1e-5; // positions nearer than this are one
 const REACHED = 1e-4; // distance at which a free motion has come to another position
 const NEXT = 1e-4; // part of a coordinate's span, to where it may be changed if it may at all
+const GLANCES = 8; // beyond, over its span
 const HALVINGS = 30; // until an end of what friction holds is known
 const BETWEEN = 0.3; // of the way from one position to another, where no symmetry makes a third
 const INSTANT = 1 / 64; // part of the time of the fastest motion, after which its series is exact
@@ -363,9 +364,11 @@ export class SmallMotions {
       return settled !== null && Math.abs(settled.y[k] - x) < SAME && this.follows(settled.y);
     };
     return [-span, span].map((step) => {
-      let [inside, outside] = [y[k], y[k] + step];
-      if (!rests(y[k] + NEXT * step)) return y[k];
-      if (rests(outside)) return step * Infinity;
+      const ahead = [NEXT, ...Array.from({ length: GLANCES }, (_, n) => (n + 1) / GLANCES)];
+      const past = ahead.findIndex((part) => !rests(y[k] + part * step));
+      if (past === 0) return y[k];
+      if (past < 0) return step * Infinity;
+      let [inside, outside] = [past - 1, past].map((n) => y[k] + ahead[n] * step);
       for (let round = 0; round < HALVINGS; round++) {
         const middle = (inside + outside) / 2;
         if (rests(middle)) inside = middle;
