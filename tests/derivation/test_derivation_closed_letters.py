@@ -166,17 +166,27 @@ def test_virtual_displacements_are_arbitrary_without_constraints_alone() -> None
 
 
 def test_letters_of_displacements_are_not_mixed_up_with_coordinates() -> None:
-    """Of Kepler's r and φ the displacements are δr and δφ without an index."""
+    """Kepler's r has the displacement δr, so that of a point is δu; as phi has δφ, a turn is δα."""
     orbit = _derived("kepler_orbit", "virtual_work").text(steps=True)
     said = " ".join(orbit.split())
-    assert "displacement δr (its index tells it from that of r) of its point: δW" in said
+    assert "virtual displacement δu of its point: δW is the sum" in said
+    assert "\n     δu_inertia_planet_x = δr\n" in orbit
     top = " ".join(_derived("heavy_top", "virtual_work").text(steps=True).split())
-    assert (
-        "each couple C in the virtual rotation δφ (its index tells it from that of phi) of the"
-        in top
-    )
+    assert "each couple C in the virtual rotation δα of the body: δW" in top
+    assert "δα_inertia_top_y = sin(theta) δphi" in top
     rods = " ".join(_derived("double_pendulum", "virtual_work").text(steps=True).split())
     assert "of its point, each couple C in the virtual rotation δφ of the body: δW" in rods
+
+
+def test_works_are_not_multiplied_out() -> None:
+    """What a virtual displacement multiplies stands in brackets, in the order of its equation."""
+    cart = _derived("cart_pole", "virtual_work").text(steps=True)
+    assert "δW_x = -((M + m) x'' + m l cos(q) q'' - m l sin(q) q'^2 + c x' - F) δx\n" in cart
+    inertia = "-(m x'' + m l cos(q) q'' - m l sin(q) q'^2) δx - (m l cos(q) x'' + m l^2 q'') δq"
+    assert f"δW_inertia_pole = {inertia}\n" in cart
+    bars = _derived("bars_and_springs", "virtual_work").text(steps=True)
+    one_term = "k (2 l q + a sqrt(16 l^2 - q^2)) (a - rho) δq/(2 rho sqrt(16 l^2 - q^2))"
+    assert f"δW_spring_B = {one_term}\n" in bars
 
 
 def test_the_slider_crank_has_one_equation_without_multipliers() -> None:

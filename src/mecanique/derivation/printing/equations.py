@@ -270,17 +270,21 @@ def add_weighted(parts: Sequence[tuple[Series, Series]]) -> Expression:
     return Expression(tuple(terms), any(_in_decimals(factor) for factor, _ in parts))
 
 
+def bracket(series: Series, factor: Series) -> Expression:
+    """Return a product as one term, or as a factor after a sum in the order of an equation."""
+    whole, inner, sign = expression(series * factor), expression(series), 1
+    if len(whole.terms) == 1:
+        return whole
+    if 2 * sum(term.number < 0 for term in inner.terms) > len(inner.terms):
+        inner, sign = expression(-series), -1
+    return replace(inner, terms=(multiply(number(sign), Sum(inner.terms), to_formula(factor)),))
+
+
 def join(parts: Iterable[Expression]) -> Expression:
     """Return the sum of expressions, each left as it is."""
     expressions = list(parts)
     terms = tuple(term for part in expressions for term in part.terms)
     return Expression(terms, any(part.decimals for part in expressions))
-
-
-def distribute(series: Series, factor: Series) -> Expression:
-    """Return a series with each of its terms multiplied by a factor."""
-    whole, by = expression(series), to_formula(factor)
-    return replace(whole, terms=tuple(multiply(term, by) for term in whole.terms))
 
 
 def shorter(one: Expression, other: Expression) -> Expression:

@@ -92,7 +92,7 @@ def result_of(derivation: Derivation) -> Ending:
             told.append(said[-1])
         inserted = _insert(derivation.reactions, solved)
         if inserted:
-            said.append(f"Inserted, they give {enumerate_words([*inserted])}.")
+            said.append(f"Inserted, it gives {enumerate_words([*inserted])}.")
             told.append(said[-1])
         forces = [*solved.forces.items(), *inserted.items()]
         accelerations = [*_list_accelerations(solved)]

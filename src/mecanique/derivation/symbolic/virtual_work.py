@@ -8,7 +8,7 @@ fixed time (eq. 1.27).
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
@@ -16,7 +16,8 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from mecanique.derivation.printing.equations import distribute
+from mecanique.derivation.printing.equations import bracket, join
+from mecanique.derivation.printing.writers import Expression
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import GIVEN, Kind, Series
 from mecanique.derivation.symbolic.balances import FreeBodies
@@ -173,8 +174,9 @@ class _Letters(NamedTuple):
     work: str
 
 
-_FORCE = _Letters("F", "δr", "δW")
-_COUPLE = _Letters("C", "δφ", "δW_couple")
+_MOVES = ({"r": "δr", "u": "δu"}, {"phi": "δφ", "alpha": "δα", "chi": "δχ"})
+"""Letters of the displacement of a point, and of the rotation of a body, by coordinates that would
+be displaced alike: the first of them that the mechanism does without are taken."""
 
 _LONGEST_WORK = 6
 """Most terms of a work that is written out; longer ones are told by the components' names."""
@@ -185,9 +187,11 @@ class Displacements:
     """The virtual displacements δq of a mechanism, at fixed time."""
 
     def __init__(self, algebra: Algebra) -> None:
-        self.ring = algebra.ring
+        self.ring, self._velocities = algebra.ring, algebra.velocities
         self.names = tuple(f"δ{coordinate_of(v)}" for v in algebra.velocities)
         self.deltas = [self.ring.unknown(name, Kind.VARIATION) for name in self.names]
+        move, turn = (self._choose(letters) for letters in _MOVES)
+        self.letters = _Letters("F", move, "δW"), _Letters("C", turn, "δW_couple")
         self.meanings: dict[str, str] = {}
         """The meaning of each, by its name."""
         free = "" if algebra.mechanism.constrained else "arbitrary, "
@@ -195,6 +199,10 @@ class Displacements:
             q = coordinate_of(v)
             of = f"that belongs to the velocity {v}" if q == v else f"of {q}"
             self.meanings[name] = f"virtual displacement {of}: small, {free}at fixed time"
+
+    def _choose(self, letters: Mapping[str, str]) -> str:
+        """Return the first letter that is no displacement of a coordinate."""
+        return next(letter for q, letter in letters.items() if f"δ{q}" not in self.names)
 
     def vary(self, velocity: Vector) -> Vector:
         """Return the virtual displacement that belongs to a velocity: Σ ∂v/∂q' δq."""
@@ -214,6 +222,12 @@ class Displacements:
         """Return the coefficient of each virtual displacement in a sum of works."""
         factors, _ = self.ring.sum(list(works)).linear(self.names)
         return [tidy(factor) for factor in factors]
+
+    def write(self, work: Series) -> Expression:
+        """Write a work, what each virtual displacement multiplies in brackets."""
+        pairs = zip(self.coefficients([work]), self.deltas, strict=True)
+        tidied = [(by_velocity(factor, self._velocities), delta) for factor, delta in pairs]
+        return join(bracket(factor, delta) for factor, delta in tidied if factor)
 
 
 @final
@@ -308,9 +322,10 @@ class Ledger:
     ) -> Series:
         """Enter force and couple that work, unless listed already, with displacement and work."""
         axes, works = cut.axes, [self._ring.number(0)]
+        of_force, of_couple = self.displacements.letters
         for letters, act, move, rows, labels in (
-            (_FORCE, wrench.force, moved.force, axes.rows, axes.labels),
-            (_COUPLE, wrench.moment, moved.moment, axes.turns, axes.turn_labels),
+            (of_force, wrench.force, moved.force, axes.rows, axes.labels),
+            (of_couple, wrench.moment, moved.moment, axes.turns, axes.turn_labels),
         ):
             if not any(act):
                 continue
@@ -327,16 +342,15 @@ class Ledger:
                     lines.append(Result(Left(acts), size))
                 lines.append(Result(Left(moves), shift))
                 products.append((acts, moves))
-            work = works[-1]
+            work, ring = works[-1], self._ring
+            left, shown = Left(f"{letters.work}_{name}"), partial(self.displacements.write, work)
             if len(work) > _LONGEST_WORK and len(products) > 1:
-                work = self._ring.sum(
-                    [
-                        self._ring.unknown(acts, Kind.REACTION)
-                        * self._ring.unknown(moves, Kind.VARIATION)
-                        for acts, moves in products
-                    ]
-                )
-            lines.append(Result(Left(f"{letters.work}_{name}"), work))
+                acting = [ring.unknown(acts, Kind.REACTION) for acts, _ in products]
+                moving = [ring.unknown(moves, Kind.VARIATION) for _, moves in products]
+                pairs = zip(acting, moving, strict=True)
+                lines.append(Result(left, ring.sum([size * shift for size, shift in pairs])))
+            else:
+                lines.append(Result(left, work, shown))
         return self._ring.sum(works)
 
 
@@ -378,8 +392,7 @@ class VirtualWork:
         algebra, ring = self.algebra, self.algebra.ring
         ledger, displacements = self.ledger, self._displacements
         entries = {cut.body: ledger.enter(cut) for cut in self.balances.bodies}
-        turns = any(left.quantity.startswith("δφ") for left in lefts_of(chain(*entries.values())))
-        sentence = self._explain_work(turns=turns)
+        sentence = self._explain_work([*lefts_of(chain(*entries.values()))])
         stages = [
             stage
             for cut in self.balances.bodies
@@ -485,21 +498,18 @@ class VirtualWork:
             left = Left("δW", name, component=True)
             tidied = by_velocity(factor, self.algebra.velocities)
             if tidied or single:
-                results.append(Result(left, tidied * delta, partial(distribute, tidied, delta)))
+                work = tidied * delta
+                results.append(Result(left, work, partial(displacements.write, work)))
         return Stage(title, sentence, tuple(results))
 
-    def _explain_work(self, *, turns: bool) -> str:
+    def _explain_work(self, entries: Sequence[Left]) -> str:
         """Say what the work of a force is, and where bodies turn that of a couple."""
-        move, turn = (
-            f" {letter} (its index tells it from that of {name})"
-            if f"δ{name}" in self._displacements.names
-            else f" {letter}"
-            for letter, name in (("δr", "r"), ("δφ", "phi"))
-        )
-        couple = f", each couple C in the virtual rotation{turn} of the body" if turns else ""
+        move, turn = (letters.move for letters in self._displacements.letters)
+        turns = any(left.quantity.startswith(f"{turn}_") for left in entries)
+        couple = f", each couple C in the virtual rotation {turn} of the body" if turns else ""
         return (
-            f"Each force F does work in the virtual displacement{move} of its point{couple}: δW is "
-            "the sum of the products of their components. Those that do no work are not listed."
+            f"Each force F does work in the virtual displacement {move} of its point{couple}: δW "
+            "is the sum of the products of their components. Those that do no work are not listed."
         )
 
     def _body(self, cut: Cut, sentence: str, entries: Sequence[Result]) -> Iterator[Stage]:
