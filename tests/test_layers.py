@@ -93,6 +93,7 @@ ORDER: dict[str, list[str]] = {
         "linear switching",
         "rotations",
         "special_motions",
+        "coordinates",
         "glossary",
         "document stability",
         "steady",

@@ -96,7 +96,10 @@ def test_long_labels_stand_above_what_they_mean() -> None:
 def test_the_list_says_what_coordinates_are_and_sets_no_initials_as_letters() -> None:
     written = write_recursion(derive(textbook.load("whipple_bicycle")))
     latex, page = written.latex(), written.mathml()
-    assert "\\item[{\\normalfont $\\text{yaw}$}] angle of the hinge turn, about $z$ of hub" in latex
+    assert (
+        "\\item[{\\normalfont $\\text{yaw}$}] angle of frame from the $x$ axis, positive towards"
+        in latex
+    )
     assert "generalized velocity" not in latex
     for text in (latex, page):
         assert "Source: F. J. W. Whipple, Q. J. Pure Appl. Math." in text

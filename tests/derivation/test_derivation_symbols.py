@@ -22,8 +22,9 @@ from mecanique import (
     textbook,
 )
 from mecanique.derivation import METHODS
+from mecanique.derivation.coordinates import CoordinateWords
 from mecanique.derivation.document import Document
-from mecanique.derivation.glossary import clashes, explain_coordinates, meanings
+from mecanique.derivation.glossary import clashes, meanings
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.scalars.polynomials import exact
@@ -132,7 +133,10 @@ def test_description_and_source_stand_above_the_equations(name: str) -> None:
 
 def test_the_coordinate_map_is_stated() -> None:
     text = derive_system("double_pendulum").text(symbols=True)
-    assert "theta2  angle of the hinge pin2, about -y of rod1 [rad], theta2 = q2 - q1" in text
+    assert (
+        "theta2  angle of rod2 relative to rod1, about -y, zero in line [rad], theta2 = q2 - q1"
+        in text
+    )
     assert "l = l0 - w t" in derive_system("crane").text(symbols=True)
     assert "z = A cos(W t)" in derive_system("kapitza_pendulum").text(symbols=True)
 
@@ -185,14 +189,14 @@ def test_what_stands_at_the_end_without_steps_has_its_unit() -> None:
     assert _listed("free_rigid_body")["ω"].startswith("angular velocity [rad/s] and velocity [m/s]")
 
 
-def test_a_joint_named_like_its_kind_is_named_once() -> None:
+def test_what_a_slide_and_a_hinge_move_is_named() -> None:
     m = Parameter("m", 1.0, "kg")
     bodies = (Body("ground"), Body("block", rod(m, 1.0)), Body("bob", rod(m, 1.0)))
     slide = Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x")
     hinge = Revolute("hinge", "block", "bob", axis=(0, 1, 0), coordinate="q")
     text = derive(Mechanism("block", bodies, (slide, hinge), parameters=(m,))).text(symbols=True)
-    assert "displacement in the slide, along x of ground [m]" in text
-    assert "angle of the hinge, about y of block [rad]" in text
+    assert "displacement of block along x [m]" in text
+    assert "angle of bob from the downward vertical, positive towards -x [rad]" in text
 
 
 @pytest.mark.parametrize(
@@ -256,15 +260,46 @@ def test_a_coordinate_that_places_a_center_is_said_to_do_so() -> None:
     """Massless carriers on slides lead the coin; a base that is driven carries its block."""
 
     def say(name: str, coordinate: str) -> str:
-        explained = explain_coordinates(textbook.load(name))
-        return next(meaning.sentence for meaning in explained if coordinate in meaning.names)
+        words = CoordinateWords(textbook.load(name))
+        return {**words.of_joints, **dict(words.sentences())}[coordinate]
 
-    assert say("rolling_coin", "x") == "position of the center of coin along x of ground [m]"
-    assert say("rolling_coin", "z") == "position of the center of coin along z of ground [m]"
-    assert say("two_wheeled_cart", "x") == "position of the origin of load along x of ground [m]"
-    for relative in (("base_excited_mass", "u"), ("double_atwood_machine", "y"), ("crane", "x")):
-        assert say(*relative).startswith("displacement in the slide")
-    # an angle that is the sum of those of parallel hinges is that of the last body itself
-    assert say("double_pendulum", "q2") == "absolute angle of rod2, about -y of ground [rad]"
-    assert say("bar_chain", "q4") == "absolute angle of bar4, about y of ground [rad]"
-    assert say("bars_and_springs", "q").startswith("generalized coordinate that sets alpha")
+    assert say("rolling_coin", "x") == "position of the center of coin along x [m]"
+    assert say("rolling_coin", "z") == "position of the center of coin along z [m]"
+    assert say("two_wheeled_cart", "x") == "position of the origin of load along x [m]"
+    assert say("base_excited_mass", "x_base") == "displacement of base along x [m]"
+    assert say("base_excited_mass", "u") == "displacement of block relative to base along x [m]"
+    tilted = "position of the center of disk along x, turned by alpha about y [m]"
+    assert say("rolling_disk", "x") == tilted
+    assert say("kepler_orbit", "r") == "distance of planet from the hinge phi [m]"
+    # a coordinate that is no joint's is that of the point which it moves as much
+    assert say("bars_and_springs", "q") == "displacement of C along -z [m]"
+    assert say("shear_building", "u3") == "displacement of floor3 along x [m]"
+
+
+@pytest.mark.parametrize(
+    ("system", "name", "said"),
+    [
+        ("cart_pole", "q", "angle of pole from the downward vertical, positive towards +x"),
+        ("four_bar_linkage", "phi", "angle of crank from the x axis, positive upwards"),
+        ("bars_and_springs", "alpha", "angle of ABC from the x axis, positive towards -z"),
+        ("kepler_orbit", "phi", "angle of planet from the x axis, positive towards +y"),
+        # a sum of those of parallel hinges is that of the last body itself
+        ("double_pendulum", "q2", "angle of rod2 from the downward vertical, positive towards +x"),
+        ("bar_chain", "q4", "angle of bar4 from the z axis, positive towards +x"),
+        ("double_pendulum", "theta2", "angle of rod2 relative to rod1, about -y, zero in line"),
+        ("slider_crank", "beta", "angle of rod relative to crank, about -y, zero in line"),
+        ("whipple_bicycle", "rear_spin", "rotation of rear_wheel relative to frame, about y"),
+        ("rolling_disk", "turn", "rotation of disk about y"),
+        # what turns about the vertical leaves a tilt from it as it is
+        ("heavy_top", "theta", "angle of top from the upward vertical, about x of precessing"),
+        ("heavy_top", "phi", "rotation of top about z"),
+        ("heavy_top", "psi", "rotation of top about its axis z"),
+        ("rolling_coin", "lean", "rotation of coin about x of heading"),
+        ("gyroscope", "psi", "rotation of rotor relative to inner, about z"),
+    ],
+)
+def test_an_angle_is_told_by_its_body_and_where_it_is_zero(
+    system: str, name: str, said: str
+) -> None:
+    words = CoordinateWords(textbook.load(system))
+    assert {**words.of_joints, **dict(words.sentences())}[name] == f"{said} [rad]"

@@ -10,6 +10,7 @@ from fractions import Fraction
 from itertools import chain
 from typing import final
 
+from mecanique.derivation.coordinates import CoordinateWords
 from mecanique.derivation.printing.equations import expression, root
 from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.printing.writers import Equation, Expression
@@ -23,13 +24,8 @@ from mecanique.derivation.symbolic.derivation import (
     lefts_of,
 )
 from mecanique.derivation.symbolic.kinematics import RELATIONS, follow
-from mecanique.derivation.tolerances import ALIGNED
-from mecanique.model.expression import Scalar, coordinate, plain, symbols_in
-from mecanique.model.joint_base import UNITS, Single
-from mecanique.model.joints import Joint, Planar, Universal
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.homogeneity import dimensions_of
-from mecanique.model.mechanism_units import units
 from mecanique.model.units import (
     Dimension,
     Dimensions,
@@ -81,8 +77,6 @@ def _collect_dimensions(derivation: Derivation) -> Dimensions:
     return Dimensions(known, {})
 
 
-_PARTS = ("x component", "y component", "z component", "scalar part")
-
 _FOUND = {
     "T": ("kinetic energy", "J"),
     "V": ("potential energy", "J"),
@@ -130,7 +124,8 @@ def meanings(
     for entry in [*followers, *signals]:
         stated = entry.definition.letters if entry.definition is not None else ()
         used |= {name: Kind.PARAMETER for name in stated if name not in used}
-    entries = [*explain_coordinates(mechanism), *followers]
+    words = CoordinateWords(mechanism).sentences()
+    entries = [*(Meaning((name,), sentence) for name, sentence in words), *followers]
     for parameter in mechanism.parameters:
         if parameter.symbol in used:
             sentence = _add_unit(parameter.meaning or "parameter", parameter.unit)
@@ -202,51 +197,15 @@ def _collect_kinds(derivation: Derivation, *, steps: bool) -> dict[str, Kind]:
             if isinstance(result.left, Series):
                 shown.append(result.left)
     shown += [assumption.positive for assumption in derivation.assumptions if steps]
-    return {g.name: g.kind for series in shown for g in series.generators()}
-
-
-def explain_coordinates(mechanism: Mechanism) -> Iterator[Meaning]:
-    """Yield the meanings of a mechanism's coordinates, and of velocities that are no rates."""
-    # followers among them are no coordinates of the mechanism
-    of_joint = dict(pair for joint in mechanism.joints for pair in _explain_joint(joint, mechanism))
-    unit = units(mechanism)
-    driven = mechanism.coordinates.driven.items()
-    for name in mechanism.coordinates:
-        follow = [joint for joint, law in driven if name in symbols_in(law)]
-        sets = f" that sets {enumerate_words(follow)}" if follow else ""
-        stated = of_joint.get(name) or _say_absolute(name, mechanism)
-        yield Meaning((name,), stated or _add_unit(f"generalized coordinate{sets}", unit[name]))
-    for joint in mechanism.joints:
-        if not joint.quaternion:
-            continue
-        for velocity in joint.velocities:
-            linear = velocity in joint.linear_velocities
-            what, of_unit = ("velocity", "m/s") if linear else ("angular velocity", "rad/s")
-            of = f"the {what} of {_name_child(joint, mechanism)}, in its own axes [{of_unit}]"
-            yield Meaning((velocity,), f"{velocity[-1]} component of {of}")
-
-
-def _say_absolute(name: str, mechanism: Mechanism) -> str:
-    """Say which body an angle is that of, as the sum of those of parallel hinges, "" if of none."""
-    turned = dict[str, tuple[Single, Scalar]]()
-    for joint in mechanism.tree:
-        if not (isinstance(joint, Single) and joint.turns) or any(map(plain, joint.origin.rpy)):
-            continue
-        first, angle = turned.get(joint.parent, (joint, 0.0))
-        if first.axis == joint.axis and (first is not joint or joint.parent == mechanism.ground):
-            (turn,) = joint.coordinates
-            whole = plain(angle) + plain(mechanism.coordinates.driven.get(turn, coordinate(turn)))
-            turned[joint.child] = first, whole
-            if whole == coordinate(name):
-                return f"absolute angle of {joint.child}, about {_say_axis(first)} [rad]"
-    return ""
+    kinds = {g.name: g.kind for series in shown for g in series.generators()}
+    sides = [side for line in derivation.written or () for side in (line.left, line.right)]
+    return {name: Kind.PARAMETER for side in sides for name in side.letters} | kinds
 
 
 def _explain_followers(derivation: Derivation) -> Iterator[Meaning]:
     """Yield the joint coordinates that the coordinate map gives, each with its expression."""
     algebra = derivation.algebra
-    mechanism = algebra.mechanism
-    of_joint = dict(pair for joint in mechanism.joints for pair in _explain_joint(joint, mechanism))
+    of_joint = CoordinateWords(algebra.mechanism).of_joints
     for name, value in follow(algebra):
         yield Meaning((name,), of_joint.get(name, "joint coordinate"), expression(value))
 
@@ -287,93 +246,6 @@ def _find_rates(mechanism: Mechanism) -> dict[str, Dimension]:
     known, second = dimensions_of(mechanism).states, read_unit("s")
     rates = {name: divide(known[name], second) for name in mechanism.coordinates if name in known}
     return rates | {name: known[name] for name in mechanism.velocities if name in known}
-
-
-def _explain_joint(joint: Joint, mechanism: Mechanism) -> Iterator[tuple[str, str]]:
-    """Yield name and meaning of each coordinate of a joint."""
-    names = [name for name in joint.coordinates if name not in joint.followers]
-    match joint:
-        case Single() if joint.turns:
-            sentences = [f"angle of the {_name_joint(joint)}, about {_say_axis(joint)} [rad]"]
-        case Single() if position := _say_position(joint, mechanism):
-            sentences = [position]
-        case Single():
-            sentences = [f"displacement in the {_name_joint(joint)}, along {_say_axis(joint)} [m]"]
-        case Planar():
-            sentences = [
-                f"displacement of {joint.child} along {_say_direction(axis, joint)} [m]"
-                for axis in joint.directions
-            ]
-            sentences.append(f"angle of {joint.child} about {_say_axis(joint)} [rad]")
-        case Universal():
-            sentences = [
-                f"angle of the Cardan joint {joint.name} about {axis} [rad]"
-                for axis in ("x", "the turned y")
-            ]
-        case _:
-            linear = zip("xyz", joint.linear_coordinates, strict=False)
-            moved = _name_child(joint, mechanism)
-            sentences = [f"{axis} coordinate of {moved} [m]" for axis, _ in linear]
-            parts = zip(_PARTS, joint.quaternion, strict=False)
-            sentences += [f"{part} of the unit quaternion of {joint.child}" for part, _ in parts]
-    yield from zip(names, sentences, strict=True)
-    kinds = dict(zip(joint.coordinates, joint.kinds, strict=True))
-    for name in joint.followers:
-        yield name, f"dependent coordinate of joint {joint.name} [{UNITS[kinds[name]]}]"
-
-
-def _say_position(slide: Single, mechanism: Mechanism) -> str:
-    """Say the position of what massless carriers on slides lead, "" if none leads this slide."""
-    bodies = {body.name: body for body in mechanism.bodies}
-    leads = {joint.child: joint for joint in mechanism.joints}
-    first, led, others = slide, slide.child, list[Joint]()
-    while not mechanism.evaluate(bodies[led].mass):
-        beyond = [joint for joint in mechanism.joints if joint.parent == led]
-        if len(beyond) != 1:
-            return ""
-        others += beyond
-        led = beyond[0].child
-    while first.parent in leads:
-        above = leads[first.parent]
-        turned = any(map(mechanism.evaluate, first.origin.rpy))
-        carries = not mechanism.evaluate(bodies[above.child].mass)
-        if turned or not (isinstance(above, Single) and not above.turns and carries):
-            return ""
-        others.append(above)
-        first = above
-    places = [x for joint in (slide, *others) for x in joint.origin.xyz]
-    slides = [joint for joint in others if isinstance(joint, Single) and not joint.turns]
-    along = any(a * b for other in slides for a, b in zip(slide.axis, other.axis, strict=True))
-    if not others or along or any(map(mechanism.evaluate, places)):
-        return ""
-    centered = not any(map(mechanism.evaluate, bodies[led].center))
-    axis = _say_direction(slide.axis, first)
-    return f"position of the {'center' if centered else 'origin'} of {led} along {axis} [m]"
-
-
-def _name_child(joint: Joint, mechanism: Mechanism) -> str:
-    """Name what a joint moves, and relative to what if that is not the ground."""
-    relative = "" if joint.parent == mechanism.ground else f" relative to {joint.parent}"
-    return f"{joint.child}{relative}"
-
-
-def _name_joint(joint: Single) -> str:
-    """Name a joint by its kind and name, once where they are the same word."""
-    return joint.noun if joint.name == joint.noun else f"{joint.noun} {joint.name}"
-
-
-def _say_axis(joint: Single | Planar) -> str:
-    return _say_direction(joint.axis, joint)
-
-
-def _say_direction(axis: tuple[float, float, float], joint: Joint | Single) -> str:
-    """Put an axis in words, e.g. −y of ground, or of the joint's frame if that is turned."""
-    turned = any(not isinstance(angle, float) or angle for angle in joint.origin.rpy)
-    of = f"the frame of joint {joint.name}" if turned else joint.parent
-    for name, component in zip("xyz", axis, strict=True):
-        if abs(component) > 1 - ALIGNED:
-            return f"{'-' if component < 0 else ''}{name} of {of}"
-    return f"({', '.join(f'{component:.6g}' for component in axis)}) of {of}"
 
 
 def _add_unit(meaning: str, unit: str) -> str:

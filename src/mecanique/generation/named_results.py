@@ -18,8 +18,8 @@ from html import escape
 from itertools import chain
 from typing import Any, final
 
+from mecanique.derivation.coordinates import CoordinateWords
 from mecanique.derivation.equations import Equations
-from mecanique.derivation.glossary import explain_coordinates
 from mecanique.derivation.mechanics.contacts import velocity_rows
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import Loops
@@ -247,8 +247,8 @@ def explain_letters(
     mechanism: Mechanism, used: Collection[str]
 ) -> Iterator[tuple[tuple[str, ...], str]]:
     """Yield the meanings of a mechanism's coordinates, velocities and parameters."""
-    for meaning in explain_coordinates(mechanism):
-        yield meaning.names, meaning.sentence
+    for name, sentence in CoordinateWords(mechanism).sentences():
+        yield (name,), sentence
     for parameter in mechanism.parameters:
         if parameter.symbol in used:
             unit = "" if parameter.unit == "1" else f" [{parameter.unit}]"
