@@ -270,6 +270,20 @@ def test_denominators_that_may_vanish_are_warned_of(name: str) -> None:
     assert f"{said} wherever no denominator is zero. " in text
 
 
+def test_tops_are_solved_in_letters_where_these_are_explained() -> None:
+    """As the result of the derivation; alone, the lines are in the parameters."""
+    solved = derive_system("heavy_top").solved()
+    assert "J_theta" not in solved.text()
+    said = solved.text(symbols=True)
+    assert "  J_theta  inertia referred to theta [kg·m²]\n" in said
+    assert "  r        radius of the base [m]\n" in said
+    result = derive_system("heavy_top").text(steps=True).partition("Result\n")[2]
+    lines = said.partition("\n\nJ_psi = ")[2].splitlines()
+    assert len(lines) == 5
+    assert all(f"{line}\n" in result for line in lines)
+    assert "Each line is divided" not in solved.latex(symbols=True)
+
+
 def test_both_pendulums_have_the_same_positive_denominator() -> None:
     solved = derive_system("double_pendulum").solved()
     for name in ("q1''", "q2''"):

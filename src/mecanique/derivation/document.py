@@ -272,7 +272,8 @@ class Document:
 
     def _list_equations(self, *, steps: bool) -> _Part:
         """Return the section of the equations of motion."""
-        closing = self._closing if steps else _DIVIDED.format("that ")
+        solved = self.derivation.written is not None
+        closing = self._closing if steps or solved else _DIVIDED.format("that ")
         matrices, taken = (self._matrices, self.derivation.assumptions) if steps else (None, ())
         sentence = closing if self.equations else self._nothing
         return _Part(_EQUATIONS, sentence, self.equations, matrices, taken)

@@ -16,10 +16,12 @@ from mecanique.derivation.linear import Linear
 from mecanique.derivation.numeric.constraints.multipliers import Constrained
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.newton_euler import Balances, JointWrench
+from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.printing.expressions import to_matrix
 from mecanique.derivation.printing.prose import escape as escape_for_latex
 from mecanique.derivation.printing.writers import Equation
 from mecanique.derivation.symbolic.derivation import Derivation, Stages
+from mecanique.derivation.symbolic.named_inertias import name_inertias
 from mecanique.derivation.symbolic.solution import EliminatedSolution, solve
 from mecanique.derivation.symbolic.symbols import MOST_TERMS, coordinate_of
 from mecanique.errors import DerivationError, UnknownNameError
@@ -90,9 +92,10 @@ class Solved:
         """Return what is solved as text, one line each.
 
         Args:
-            symbols: whether to say above it what it is of and what each letter means.
+            symbols: whether to say above it what it is of and what each letter means; the constant
+                inertias of a top then have letters, too.
         """
-        return self._document.text(False, symbols)
+        return self._write(symbols).text(False, symbols)
 
     def latex(self, symbols: bool = False) -> str:
         """Return what is solved in LaTeX for mathematics mode; with symbols, a fragment.
@@ -100,7 +103,7 @@ class Solved:
         Args:
             symbols: whether to say above it what it is of and what each letter means.
         """
-        return self._document.latex(False, symbols)
+        return self._write(symbols).latex(False, symbols)
 
     def mathml(self, symbols: bool = False) -> str:
         """Return what is solved in MathML, an element each; with symbols, part of an HTML page.
@@ -108,7 +111,7 @@ class Solved:
         Args:
             symbols: whether to say above it what it is of and what each letter means.
         """
-        return self._document.mathml(False, symbols)
+        return self._write(symbols).mathml(False, symbols)
 
     def __str__(self) -> str:
         return self.text()
@@ -119,14 +122,24 @@ class Solved:
         return f"<Solved equations of {name!r}, {independent} independent>"
 
     def _repr_html_(self) -> str:
-        return self._document.html()
+        return self._write(True).html()
 
-    @cached_property
-    def _document(self) -> Document:
-        motion = self.accelerations.values() or self.equations
-        lines = (*motion, *self.forces.values(), *self.found.turned.values())
-        solved = replace(self.derivation, written=lines, stages=(), closing=_CLOSING)
-        return Document(solved, "the equations of motion, solved")
+    def _write(self, symbols: bool) -> Document:
+        """Return the lines as a document; where it explains symbols, with letters for inertias."""
+        derivation, found, lines = self.derivation, self.found, list[Equation]()
+        inertias = name_inertias(derivation.algebra, derivation.M)
+        if symbols and inertias.definitions and found.accelerations:
+            derivation = inertias.rewrite(derivation)
+            found = solve(derivation, found.kept)
+            ring = derivation.algebra.ring
+            for line, letter in zip(inertias.definitions, inertias.unknowns, strict=True):
+                left = expression(ring[letter])
+                lines.append(Equation(left, line.expression(), ring.number(1)))
+        solved = Solved(derivation, found)
+        lines += [*(solved.accelerations.values() or solved.equations), *solved.forces.values()]
+        lines += found.turned.values()
+        written = replace(derivation, written=tuple(lines), stages=(), closing=_CLOSING)
+        return Document(written, "the equations of motion, solved")
 
 
 def require_balances(numeric: BatchDynamics, method: str, what: str) -> Balances:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
-from typing import final
+from typing import cast, final
 
 from mecanique.derivation.printing.equations import expression, join, shorter
 from mecanique.derivation.printing.writers import Expression
@@ -38,7 +38,8 @@ class NamedInertias:
     def rewrite(self, derivation: Derivation) -> Derivation:
         """Return equations of motion in the letters."""
         M = tuple(tuple(map(self, row)) for row in derivation.M)
-        return replace(derivation, M=M, h=tuple(map(self, derivation.h)))
+        unknowns = {**derivation.unknowns, **self.unknowns}
+        return replace(derivation, M=M, h=tuple(map(self, derivation.h)), unknowns=unknowns)
 
 
 _PLAIN = NamedInertias()
@@ -46,6 +47,14 @@ _PLAIN = NamedInertias()
 
 def name_inertias(algebra: Algebra, M: Matrix) -> NamedInertias:
     """Return letters for the constants of M, if some on its diagonal are sums and all else is."""
+    known, key = algebra.ring.written, ("inertias", M)
+    if key not in known:  # asked for again they bear the same names
+        known[key] = _name(algebra, M)
+    return cast("NamedInertias", known[key])
+
+
+def _name(algebra: Algebra, M: Matrix) -> NamedInertias:
+    """Choose letters for the constants of M."""
     ring, names = algebra.ring, [*map(coordinate_of, algebra.velocities)]
     diagonal = {name: row[k] for k, (name, row) in enumerate(zip(names, M, strict=bool(M)))}
     upright = [_find_upright(inertia) for inertia in diagonal.values() if inertia.turns()]
@@ -82,10 +91,14 @@ def name_inertias(algebra: Algebra, M: Matrix) -> NamedInertias:
     referred = {letter: name for letter, name in letters.items() if name in constant}
     be, meaning = "is" if len(referred) == 1 else "are", _write_meaning([*referred.values()])
     said = f"{enumerate_words([*referred])} {be} the {meaning}"
-    unknowns = {letter: _write_meaning([name]) for letter, name in referred.items()}
+    linear = {q for joint in algebra.mechanism.joints for q in joint.linear_coordinates}
+    unknowns = dict[str, str]()
     for letter, name in letters.items():
+        if name:
+            of = "" if name in constant else "constant rest of the "
+            unit = "kg" if name in linear else "kg·m²"
+            unknowns[letter] = f"{of}{_write_meaning([name])} [{unit}]"
         if name and name not in constant:
-            unknowns[letter] = f"constant rest of the {_write_meaning([name])}"
             said += f", {letter} the constant rest of that referred to {name}"
     return replace(named, sentence=f"{said}.", unknowns=unknowns)
 
