@@ -268,10 +268,11 @@ def derivation(
 ) -> str:
     """Return the equations of motion by one method, with what each symbol means."""
     from mecanique.derivation import METHODS
+    from mecanique.motion.linear.speeds import expand_start
 
     equations = mq.derive(mechanism, method=method)
     if not equations.legible:
-        ride = _expand_ride(mechanism)
+        ride = expand_start(mechanism)
         if ride is not None:
             inform(
                 "The exact equations are a list of named results: 'mecanique code' writes them as "
@@ -326,27 +327,6 @@ def derivations(mechanism: mq.Mechanism, form: Form) -> str:
 
 def _join(parts: list[str], form: Form) -> str:
     return ("\n\n\n" if form == "text" else "\n\n").join(parts)
-
-
-def _expand_ride(mechanism: mq.Mechanism) -> mq.SpeedMatrices | None:
-    """Return the linear equations about the steady motion that a catalogue's system starts near.
-
-    Its start at rest balances, and what nothing depends on goes on as it starts.
-    """
-    from mecanique.textbook.catalogue import entry, is_known
-
-    if not is_known(mechanism.name):
-        return None
-    system = entry(mechanism.name)
-    with suppress(mq.MecaniqueError):
-        still = mq.linearize_steady(mechanism, system.start, {})
-        going = {name: v for name, v in system.start_velocity.items() if name in still.cyclic}
-        names = [name for name in still.positions if name not in still.cyclic]
-        unit = max(map(abs, going.values()), default=0.0)
-        if unit and names:
-            at_one = {name: v / unit for name, v in going.items()}
-            return mq.expand_in_speed(mechanism, system.start, at_one, names)
-    return None
 
 
 def solution(mechanism: mq.Mechanism, keep: str, form: Form, steps: bool) -> str:

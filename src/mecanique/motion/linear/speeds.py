@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, final
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple, final
 import numpy as np
 
 from mecanique.derivation.steady import SteadyLetters, steady_letters
-from mecanique.errors import InputError
+from mecanique.errors import InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
 from mecanique.motion.linear.steady import (
@@ -22,6 +23,8 @@ from mecanique.motion.linear.steady import (
 )
 from mecanique.motion.output.plot import new_figure
 from mecanique.motion.tolerances import AGREES, ALIKE, FITS, SAME_SPEED, STABLE
+from mecanique.textbook import entry
+from mecanique.textbook.catalogue import is_known
 from mecanique.wording import Legible
 
 if TYPE_CHECKING:
@@ -325,6 +328,25 @@ def expand_in_speed(
         dict(zip(mechanism.coordinates, where, strict=True)),
         dict(v),
     )
+
+
+def expand_start(mechanism: Mechanism) -> SpeedMatrices | None:
+    """Return M, C and K about the steady motion that a catalogue's system starts near, if any.
+
+    Its start at rest balances, and what nothing depends on goes on as it starts.
+    """
+    if not is_known(mechanism.name):
+        return None
+    system = entry(mechanism.name)
+    with suppress(MecaniqueError):
+        still = linearize_steady(mechanism, system.start, {})
+        going = {name: v for name, v in system.start_velocity.items() if name in still.cyclic}
+        names = [name for name in still.positions if name not in still.cyclic]
+        unit = max(map(abs, going.values()), default=0.0)
+        if unit and names:
+            at_one = {name: v / unit for name, v in going.items()}
+            return expand_in_speed(mechanism, system.start, at_one, names)
+    return None
 
 
 def _growth(motion: SteadyLinearization) -> float:

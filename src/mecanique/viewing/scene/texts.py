@@ -9,6 +9,7 @@ from contextlib import suppress
 import numpy as np
 
 from mecanique.derivation import METHODS, derive
+from mecanique.derivation.document import Document
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.printing.writers import MathML
 from mecanique.derivation.switching import (
@@ -23,6 +24,7 @@ from mecanique.model.constraints.contacts import SPEAKING
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import units
 from mecanique.motion.analysis.forces import TOGETHER, Action
+from mecanique.motion.linear.speeds import expand_start
 from mecanique.motion.motion import Motion
 from mecanique.textbook import entry
 from mecanique.textbook.catalogue import is_known
@@ -38,7 +40,7 @@ from mecanique.viewing.scene.scene import (
     VerdictTable,
     WorkLedger,
 )
-from mecanique.wording import say_count
+from mecanique.wording import say_count, to_title
 
 MOST_WRITTEN_OUT = 1_500
 """Terms of equations whose steps a page writes out: those of a robot with six hinges are 1.5 MB."""
@@ -116,19 +118,28 @@ def derivation_of(equations: Equations) -> ShownDerivation:
     """Return the steps of a derivation."""
     if not fits_page(equations):
         return _named_results(equations)
+    return _write_out(equations.document, equations.latex())
+
+
+def _write_out(document: Document, latex: str) -> ShownDerivation:
+    """Return the steps of a document, the equations of motion last."""
     blocks = []
-    for part in equations.document.sections():
+    for part in document.sections():
         last = part.title == "Equations of motion"
         formulas = part.formulas or ("",)
         for k, formula in enumerate(formulas):
             heading, lead = (part.title, part.explanation) if k == 0 else ("", "")
             blocks.append(DerivationStep(heading, formula, final=last, lead=lead))
-    return ShownDerivation(equations.document.title, tuple(blocks), equations.latex())
+    return ShownDerivation(to_title(document.title), tuple(blocks), latex)
 
 
 def _derivations(
     mechanism: Mechanism, equations: Sequence[Equations], modes: Modes | None
 ) -> Iterator[ShownDerivation]:
+    with suppress(MecaniqueError):  # of a motion that is steady for some parameters alone
+        if not all(map(fits_page, equations)) and (ride := expand_start(mechanism)):
+            written = ride.letters.document
+            yield _write_out(written, written.latex(steps=False))
     yield from map(derivation_of, equations)
     if not mechanism.switching:
         return
