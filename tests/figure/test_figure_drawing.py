@@ -14,7 +14,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.errors import UnknownNameError
-from mecanique.figure.coordinates import coordinates
+from mecanique.figure.coordinates import coordinates, lengths
 from mecanique.figure.draw import figure_tex, figure_text
 from mecanique.figure.freebody import cut_free
 from mecanique.figure.mechanism import (
@@ -570,3 +570,17 @@ def test_a_pivot_that_slides_has_a_rail_away_from_what_it_carries(
     pin = where.at("pivot")
     np.testing.assert_allclose(rail[:, 1] - pin[1], 8.0 * below, rtol=0, atol=1e-9)
     assert rail[:, 0].min() < pin[0] < rail[:, 0].max()
+
+
+def test_the_length_of_a_rod_is_drawn_where_no_spring_crosses_it() -> None:
+    """Beside the lower of two equal bars, beyond the letters of the particle on it."""
+    for name in ("bars_and_springs", "bars_and_springs_loop"):
+        view = seen(name)
+        spans = [mark.points for mark in lengths(view) if isinstance(mark, Stroke)]
+        longest = max(spans, key=lambda ends: float(np.ptp(ends, axis=0).max()))
+        middle = longest.mean(axis=0)
+        upper, lower = (view.camera.at(view.point(body)) for body in ("ABC", "DEF"))
+        assert middle[1] > lower[1] > upper[1]
+        axis = view.camera.at(view.point("DEF", (4 * view.mechanism.values["l"], 0, 0))) - lower
+        away = abs(float(np.linalg.det([axis, middle - lower]))) / float(np.hypot(*axis))
+        assert away > 30.0

@@ -77,7 +77,7 @@ BELOW_LEFT = np.array([-1.0, 0.6])
 def lengths(setting: Setting) -> Iterator[Mark]:
     """Yield the symbols of rods' lengths and of disks' radii, each once."""
     written: set[str] = set()
-    for solid in setting.solids:
+    for solid in sorted(setting.solids, key=lambda solid: _is_crossed(setting, solid)):
         geometry = solid.geometry
         if isinstance(geometry, Box) or solid.point:
             continue
@@ -188,7 +188,8 @@ def _find_edge(setting: Setting, edges: Floats) -> tuple[Floats, Floats]:
 def _draw_length(setting: Setting, rod: Outline, name: str) -> Iterator[Mark]:
     a, b = setting.camera.at(rod.ends)
     if math.hypot(*(b - a)) >= MEASURED_LENGTH:
-        yield from _draw_span(setting, _Span(name, rod.ends[0], rod.ends[1], "rod"), a, b)
+        kind = _span_of(setting, rod)
+        yield from _draw_span(setting, _Span(name, rod.ends[0], rod.ends[1], kind), a, b)
 
 
 def _draw_span(setting: Setting, span: _Span, a: Point, b: Point) -> Iterator[Mark]:
@@ -203,6 +204,34 @@ def _draw_span(setting: Setting, span: _Span, a: Point, b: Point) -> Iterator[Ma
         yield label((a + b) / 2, name, across(unit(b - a)) * outward, 4.0)
     if span.kind == "center":
         yield from center_of_mass(b)
+
+
+def _is_crossed(setting: Setting, rod: Outline) -> bool:
+    """Whether a spring or another force between points crosses the dimension of a rod."""
+    if rod.kind != "rod" or not setting.camera.flat:
+        return False
+    a, b = setting.camera.at(rod.ends)
+    if math.hypot(*(b - a)) < MEASURED_LENGTH:
+        return False
+    aside = _outward(setting, a, b) * OFFSETS[_span_of(setting, rod)] * across(unit(b - a))
+    for line in (force for force in setting.mechanism.forces if isinstance(force, LineLoad)):
+        c, d = (setting.camera.at(setting.point(end.body, end.point)) - aside for end in line.ends)
+        # with the ends of each on both sides of the other, or on it
+        corners = ((a, b, c), (a, b, d), (c, d, a), (c, d, b))
+        sides = [float(np.linalg.det([q - p, x - p])) for p, q, x in corners]
+        if sides[0] * sides[1] <= 0 and sides[2] * sides[3] <= 0:
+            return True
+    return False
+
+
+def _span_of(setting: Setting, rod: Outline) -> SpanKind:
+    """Return how far off the dimension of a rod is: beyond the letters of particles on it."""
+    length = float(np.linalg.norm(np.ptp(rod.ends, axis=0)))
+    for solid in setting.solids:
+        ways = np.linalg.norm(rod.ends - solid.ends.mean(axis=0), axis=1)
+        if solid.kind == "ball" and solid.body == rod.body and ways.min() > 0.1 * length:
+            return "place"
+    return "rod"
 
 
 def _tilt(setting: Setting, joint: Joint, name: str) -> Iterator[Mark]:
