@@ -29,7 +29,13 @@ from mecanique.derivation.mechanics.switching import (
     place_of,
 )
 from mecanique.derivation.printing import prose
-from mecanique.derivation.printing.expressions import PLACES, from_sympy, to_matrix, to_sympy
+from mecanique.derivation.printing.expressions import (
+    PLACES,
+    from_sympy,
+    list_factors,
+    to_matrix,
+    to_sympy,
+)
 from mecanique.derivation.printing.formulas import open_sum
 from mecanique.derivation.printing.lines import INLINE, display, width
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer, to_lines, write
@@ -641,7 +647,7 @@ def _factor(product: Any, *, short: bool = False) -> Any:
             continue
         denominator, polynomial = polynomial.clear_denoms(convert=True)
         letters, *_ = ring(polynomial.gens, polynomial.domain)
-        content, parts = _list_factors(letters.from_dict(polynomial.rep.to_dict()))
+        content, parts = list_factors(letters.from_dict(polynomial.rep.to_dict()))
         number *= (content / denominator) ** exponent
         factors += [(part.as_expr(), times * exponent) for part, times in parts]
     rest = Integer(1)
@@ -652,27 +658,6 @@ def _factor(product: Any, *, short: bool = False) -> Any:
     # sympy would multiply a fraction into a sum
     spread = number in (1, -1) or not isinstance(rest, Add)
     return number * rest if spread else Mul(number, rest, evaluate=False)
-
-
-def _list_factors(polynomial: Any) -> tuple[Any, list[tuple[Any, int]]]:
-    """Return the number and the irreducible factors of a polynomial, with their powers.
-
-    What is left of a x + b without the common factors of a and b is irreducible: letters of the
-    first degree, as masses and forces are, spare a search that takes nearly all of sympy's time.
-    """
-    from sympy import Integer
-
-    degrees = enumerate(polynomial.degrees())
-    slopes = {letter: polynomial.coeff_wrt(letter, 1) for letter, most in degrees if most == 1}
-    if not slopes:
-        number, factors = polynomial.factor_list()
-        return Integer(number), factors
-    letter = min(slopes, key=lambda letter: len(slopes[letter]))
-    common = slopes[letter].gcd(polynomial.coeff_wrt(letter, 0))
-    number, factors = _list_factors(common)
-    rest = polynomial.exquo(common)
-    sign = 1 if rest.LC > 0 else -1
-    return sign * number, [*factors, (sign * rest, 1)]
 
 
 @lru_cache(maxsize=1000)

@@ -213,7 +213,7 @@ def _factor_sum(polynomial: Series) -> Product:
     content, factors = _factor(tuple(zip(rows, terms.values(), strict=True)))
     if len(factors) == 1 and factors[0][1] == 1:
         return plain
-    out = [number(content / polynomial.denominator)]
+    out = [number(Fraction(content, polynomial.denominator))]
     for factor, e in factors:
         inner = []
         for row, c in factor:
@@ -255,18 +255,39 @@ _Rows: TypeAlias = "tuple[tuple[tuple[int, ...], int], ...]"
 
 
 @lru_cache(maxsize=1 << 12)
-def _factor(rows: _Rows) -> tuple[Fraction, tuple[tuple[_Rows, int], ...]]:
+def _factor(rows: _Rows) -> tuple[int, tuple[tuple[_Rows, int], ...]]:
     """Return the number before a polynomial's factors, and each factor with its power."""
     # It is cached, as the same sum occurs in many coefficients of a mechanism's equations
-    from sympy import Poly, Symbol
+    from sympy import ZZ
+    from sympy import ring as polynomials
 
-    symbols = [Symbol(f"x{i}") for i in range(len(rows[0][0]))]
-    content, factors = Poly.from_dict(dict(rows), *symbols).factor_list()
+    letters = polynomials([f"x{i}" for i in range(len(rows[0][0]))], ZZ)[0]
+    content, factors = list_factors(letters.from_dict({row: ZZ(c) for row, c in rows}))
     parts = []
     for factor, e in factors:
-        terms = tuple((row, int(c)) for row, c in factor.terms())
-        parts.append((terms, e))
-    return Fraction(int(content.p), int(content.q)), tuple(parts)
+        parts.append((tuple((row, int(c)) for row, c in factor.terms()), e))
+    return int(content), tuple(parts)
+
+
+def list_factors(polynomial: Any) -> tuple[Any, list[tuple[Any, int]]]:
+    """Return the number and the irreducible factors of a polynomial, with their powers.
+
+    What is left of a x + b without the common factors of a and b is irreducible: letters of the
+    first degree, as masses and forces are, spare a search that takes nearly all of sympy's time.
+    """
+    from sympy import Integer
+
+    degrees = enumerate(polynomial.degrees())
+    slopes = {letter: polynomial.coeff_wrt(letter, 1) for letter, most in degrees if most == 1}
+    if not slopes:
+        number, factors = polynomial.factor_list()
+        return Integer(number), factors
+    letter = min(slopes, key=lambda letter: len(slopes[letter]))
+    common = slopes[letter].gcd(polynomial.coeff_wrt(letter, 0))
+    number, factors = list_factors(common)
+    rest = polynomial.exquo(common)
+    sign = 1 if rest.LC > 0 else -1
+    return sign * number, [*factors, (sign * rest, 1)]
 
 
 def _gather(ring: Ring, rows: list[tuple[dict[int, int], Fraction]]) -> list[Product]:
