@@ -135,6 +135,15 @@ def test_long_formulas_are_broken_before_a_sign() -> None:
     )
 
 
+def test_the_letters_before_a_wide_sum_stay_over_its_denominator() -> None:
+    """Not \\frac{1}{20} 3 m (…): the fraction is that of the sum's factor."""
+    inner = " + ".join(f"m_{{{k}}} l_{{{k}}}^{{2}}" for k in range(20))
+    rows = align([f"x = \\frac{{3 m ({inner})}}{{20}} \\ddot{{q}}"])
+    assert rows.startswith("x &= \\frac{3 m}{20} \\Bigl(m_{0}")
+    turned = align([f"x = \\frac{{m \\sin ({inner})}}{{20}} \\ddot{{q}}"])
+    assert turned.startswith("x &= \\frac{1}{20} m \\sin \\Bigl(m_{0}")
+
+
 def test_a_term_wider_than_the_page_is_broken_in_its_brackets() -> None:
     inner = " + ".join(f"m_{{{k}}} l_{{{k}}}^{{2}}" for k in range(20))
     rows = align([f"\\frac{{{inner}}}{{3}} \\ddot{{q}} = F"]).split(" \\\\\n")

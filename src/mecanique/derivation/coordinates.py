@@ -66,7 +66,7 @@ class CoordinateWords:
             case Single() if joint.turns:
                 sentences = [f"{self._say_angle(joint)} [rad]"]
             case Single():
-                sentences = [f"{self._say_position(joint) or self._say_distance(joint)} [m]"]
+                sentences = [f"{self._say_slide(joint)} [m]"]
             case Planar():
                 ways = [self._say_direction(axis, joint) for axis in joint.directions]
                 sentences = [f"displacement of {child} along {way} [m]" for way in ways]
@@ -173,40 +173,26 @@ class CoordinateWords:
         joints = {link.joint: frame[:, 3] for link, frame in frames}
         return points | {name: at for name, at in joints.items() if name not in points}
 
-    def _say_distance(self, slide: Single) -> str:
-        """Say how far a slide moves a body, from the hinge that turns the slide if there is one."""
+    def _say_slide(self, slide: Single) -> str:
+        """Say where a slide places what it leads, or how far it moves it, and from what."""
         moved, hinge = self._follow(slide.child), self._leads.get(slide.parent)
-        seated = self._read(slide.origin.xyz).any() or self._read(self._bodies[moved].center).any()
+        chain, center = [*self._ascend(moved)], self._read(self._bodies[moved].center)
+        slides = [x for x in chain if isinstance(x, Single) and not x.turns]
+        carriers = [x for x in self._ascend(slide.parent) if x in slides]
+        apart = sum(abs(np.dot(slide.axis, other.axis)) for other in slides) < 1 + ALIGNED
+        placed = len(chain) > 1 and chain[len(chain) - len(carriers) - 1] is slide and apart
+        placed = placed and not any(self._read(joint.origin.xyz).any() for joint in chain)
+        placed = placed and not any(map(self._is_turned, chain[:-1]))
+        if placed and not any(self._weighs(joint.child) for joint in carriers):
+            point = "origin" if center.any() else "center"
+            along = self._say_direction(slide.axis, [slide, *carriers][-1])
+            return f"position of the {point} of {moved} along {along}"
+        seated = self._read(slide.origin.xyz).any() or center.any()
         if isinstance(hinge, Single) and hinge.turns and not (seated or self._weighs(slide.parent)):
             return f"distance of {moved} from the {self._name_joint(hinge)}"
         along = self._say_direction(slide.axis, slide).removesuffix(f" of {slide.parent}")
-        grounded = slide.parent == self._mechanism.ground
-        relative = "" if grounded else f" relative to {slide.parent}"
+        relative = "" if slide.parent == self._mechanism.ground else f" relative to {slide.parent}"
         return f"displacement of {moved}{relative} along {along}"
-
-    def _say_position(self, slide: Single) -> str:
-        """Say the position of what massless carriers on slides lead, "" if none leads it."""
-        first, led, others = slide, slide.child, list[Joint]()
-        while not self._weighs(led):
-            if len(self._beyond[led]) != 1:
-                return ""
-            others += self._beyond[led]
-            led = others[-1].child
-        while first.parent in self._leads:
-            above = self._leads[first.parent]
-            carries = isinstance(above, Single) and not (above.turns or self._weighs(above.child))
-            if self._is_turned(first) or not (isinstance(above, Single) and carries):
-                return ""
-            others.append(above)
-            first = above
-        places = [self._read(joint.origin.xyz) for joint in (slide, *others)]
-        slides_beside = [x for x in others if isinstance(x, Single) and not x.turns]
-        along = any(np.dot(slide.axis, other.axis) for other in slides_beside)
-        if not others or along or np.any(places):
-            return ""
-        centered = not self._read(self._bodies[led].center).any()
-        axis = self._say_direction(slide.axis, first)
-        return f"position of the {'center' if centered else 'origin'} of {led} along {axis}"
 
     def _reach(self, body: str, axis: np.ndarray) -> np.ndarray:
         """Return the direction across an axis in which a body lies from its origin, or zero."""

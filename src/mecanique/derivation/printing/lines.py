@@ -146,7 +146,11 @@ def _open(piece: str, page: float, depth: int) -> list[str]:
             over, under = "".join(atoms), f"/ ({below})"
             return [*_open(over, page, depth + 1), *_open(under, page, depth + 1)]
         if above != "1" and width(atom) > page / 2:
-            atoms[k] = f"\\frac{{1}}{{{below}}} {above}"
+            head, bracket, rest = above.partition("(")
+            plain = head.strip() and set("\\{").isdisjoint(head.replace("^{2}", ""))
+            if not plain or max(width(head), width(below)) > page / 3:
+                head, bracket, rest = "1", above, ""
+            atoms[k] = f"\\frac{{{head.strip()}}}{{{below}}} {bracket}{rest}"
             return _open("".join(atoms), page, depth + 1)
     spans = sorted(_find_brackets(atoms), key=lambda span: span[0] - span[1])
     for start, end in spans:
