@@ -43,8 +43,8 @@ def read(
     Of SDF 1.4 to 1.12 are read: models in models or included, frames with all their attributes,
     links with their inertias (1 kg and 1 kg m² where none are stated), all joints but `revolute2`
     and `gearbox`, springs and damping in them, limits, mimics and rotors. A joint to a link that
-    another joint carries already closes a loop. A model that nothing joins to the world floats. A
-    link's frame stands at the joint that carries it.
+    another joint carries already closes a loop, unless its parent can hang on it. A model that
+    nothing joins to the world floats. A link's frame stands at the joint that carries it.
 
     Args:
         path_or_text: the path of the file, or its text; also what else names a robot: a folder with

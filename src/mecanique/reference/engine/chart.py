@@ -6,7 +6,7 @@ included (rheonomic maps: Goldstein, Classical Mechanics, 1950, sect. 1-4, eq. 1
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from math import cos, sin, sqrt
 from typing import Any, final
@@ -191,9 +191,7 @@ class Chart:
                 (q[xa], q[ya], q[za], q[wa]), (v[oxa], v[oya], v[oza])
             )
         for at_q, at_v in self._twists:
-            out[list(at_q[:3])] = turn(
-                [float(q[k]) for k in at_q[3:]], [float(v[k]) for k in at_v[:3]]
-            )
+            out[list(at_q[:3])] = turn(q[list(at_q[3:])].tolist(), v[list(at_v[:3])].tolist())
 
     def _follow(self, mechanism: Mechanism, followers: Sequence[str]) -> None:
         """Differentiate the map, operation by operation, and compile it."""
@@ -213,10 +211,13 @@ class Chart:
             letters[signal.symbol] = evaluate(signal.signal, letters, function=function)
         scalars = (evaluate(driven[name], letters, function=function) for name in followers)
         maps = values_of(scalars)
-        rates: dict[int, Value] = {
-            letters[name].place: value_of(rate) for name, rate in _rates(mechanism, letters).items()
-        }
-        v = [letters[name].place for name in mechanism.velocities]
+        q = np.array([letters[name] for name in mechanism.coordinates], dtype=object)
+        speeds = np.array([letters[name] for name in mechanism.velocities], dtype=object)
+        moved = np.zeros_like(q)
+        self.rates(q, speeds, moved)
+        rates: dict[int, Value] = {letters["t"].place: 1.0}
+        rates |= {at.place: value_of(rate) for at, rate in zip(q, moved, strict=True)}
+        v = [rate.place for rate in speeds]
         first = push_forward(tape, maps, rates)
         gamma = push_forward(tape, first, rates)
         G = [slope for rate in first for slope in pull_back(tape, [rate], [1.0], v)]
@@ -232,18 +233,3 @@ class Chart:
         else:
             numbers = jet(*(0.0 for _ in names[: -len(self._values) or None]), *self._values)
             self.G[self._rows] = np.array(numbers[2 * count :]).reshape(count, -1)
-
-
-def _rates(mechanism: Mechanism, letters: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the rate of time, and of each coordinate by coordinates and velocities."""
-    rates = {name[:-1]: letters[name] for name in mechanism.velocities if name.endswith("'")}
-    rates["t"] = 1.0
-    for joint in mechanism.joints:
-        if not joint.quaternion:
-            continue
-        quaternion = [letters[name] for name in joint.quaternion]
-        *linear, ox, oy, oz = (letters[name] for name in joint.velocities)
-        rates.update(zip(joint.quaternion, quaternion_rate(quaternion, (ox, oy, oz)), strict=True))
-        if linear:
-            rates.update(zip(joint.linear_coordinates, turn(quaternion, linear), strict=True))
-    return rates
