@@ -187,3 +187,53 @@ def test_a_pawl_lets_a_rack_pass_one_way_and_holds_it_the_other() -> None:
     np.testing.assert_allclose(motion.v[-1], 0.0, rtol=0, atol=1e-15)
     held = motion.reactions("face 0").force[-1]
     np.testing.assert_allclose(np.abs(held), [load + 0.1 * g * slope, 0, 0], rtol=1e-12, atol=1e-12)
+
+
+def make_ratchet() -> mq.Mechanism:
+    """Return a wheel of 8 teeth, of which three are there, and a pawl that lies on them."""
+    sides = []
+    for k in (-1, 0, 1):
+        root, apex = (_on_wheel(r, 2 * math.pi * n / 8) for r, n in ((0.8, k), (1.0, k + 1)))
+        foot = _on_wheel(0.65, 2 * math.pi * (k + 1) / 8)
+        for name, (a, b) in ((f"back{k}", (root, apex)), (f"face{k}", (apex, foot))):
+            tilt, middle = (
+                math.atan2(a[1] - b[1], b[0] - a[0]),
+                ((a[0] + b[0]) / 2, (a[1] + b[1]) / 2),
+            )
+            plane = mq.Placement((middle[0], 0, middle[1]), (0, tilt, 0))
+            length = math.dist(a, b)
+            sides.append(
+                mq.Contact(name, "pawl", (0, 0, -0.57), on="wheel", plane=plane, length=length)
+            )
+    wheel = mq.Body("wheel", mq.disk(20.0, 1.0).at(rpy=(math.pi / 2, 0, 0)))
+    pin = mq.Placement((0.6, 0, 1.0))
+    joints = (
+        mq.Revolute("axle", "ground", "wheel", axis=(0, 1, 0), coordinate="w"),
+        mq.Revolute("pin", "ground", "pawl", origin=pin, axis=(0, -1, 0), coordinate="p"),
+    )
+    bodies = (mq.Body("ground"), wheel, mq.Body("pawl", mq.rod(0.5, 0.57)))
+    return mq.Mechanism("ratchet", bodies, joints, switching=tuple(sides))
+
+
+def _on_wheel(radius: float, angle: float) -> tuple[float, float]:
+    return radius * math.sin(angle), radius * math.cos(angle)
+
+
+@pytest.mark.parametrize("speed", [-0.5, -1.0])
+def test_a_pawl_drops_over_the_apex_of_a_tooth(speed: float) -> None:
+    """There it leaves the back, at the radius of the apex and at its place on the wheel."""
+    motion = mq.simulate(make_ratchet(), q={"p": -1.2}, v={"w": speed}, duration=2.0)
+    w, p = motion(motion.times("back0: open")[0]).q
+    x, z = 0.6 + 0.57 * math.sin(p), 1.0 - 0.57 * math.cos(p)
+    np.testing.assert_allclose(math.hypot(x, z), 1.0, rtol=1e-10, atol=0)
+    np.testing.assert_allclose(math.atan2(x, z) - w, math.pi / 4, rtol=1e-10, atol=0)
+
+
+def test_a_pawl_stops_a_wheel_at_the_face_of_a_tooth() -> None:
+    motion = mq.simulate(make_ratchet(), q={"p": -1.2}, v={"w": 0.5}, duration=0.5)
+    (struck,) = [
+        event for event in motion.events if "face-1" in event.name and "impact" in event.name
+    ]
+    assert struck.v[0] > 0.4
+    assert abs(struck.after[0]) < 1e-12
+    assert motion["w"].max() < struck.q[0] + 1e-9

@@ -471,7 +471,10 @@ class Watcher:
         if value(high) * sign > 0:
             high = t1
             if value(high) * sign > 0:
-                self._before = self._measure(t1, steps.y[-1])
+                # the cubic only seemed to cross: what else does by the end of the step is looked at
+                now = self._measure(t1, steps.y[-1])
+                self._compare(now, crossing.low, t1)
+                self._before = now
                 return None
         t = float(brentq(value, low, high, xtol=1e-15 * max(1.0, abs(high)), rtol=1e-15))
         return t, self._problem.correct(t, self._reach(t))
