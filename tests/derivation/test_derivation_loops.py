@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -149,6 +150,22 @@ def test_a_state_on_its_loops_up_to_rounding_is_taken_as_it_is() -> None:
     for gap in held.gaps(reduced._evaluate_poses(near, paths)[1]):
         np.testing.assert_allclose(gap.c[2], 0, rtol=0, atol=2e-15)
         assert np.abs(gap.c[:2, 0]).max() > 1e-14
+
+
+@pytest.mark.parametrize("name", ["four_bar_linkage", "slider_crank"])
+def test_newtons_iterations_end_at_rounding(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """About seven for each order of the series; without an end at rounding there are 40."""
+    states = random_states(textbook.load(name), 5, 0)
+    reduced, evaluations = Reduced(states.mechanism), list[int]()
+    evaluate = Reduced._evaluate_poses
+
+    def count(*arguments: Any) -> Any:
+        evaluations.append(1)
+        return evaluate(*arguments)
+
+    monkeypatch.setattr(Reduced, "_evaluate_poses", count)
+    reduced.acceleration(states)
+    assert 3 < len(evaluations) < 30
 
 
 def test_the_constraints_of_a_slider_crank_are_those_of_its_closed_form() -> None:

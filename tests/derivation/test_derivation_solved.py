@@ -16,6 +16,7 @@ from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Ring
 from mecanique.derivation.symbolic import solution
 from mecanique.derivation.symbolic.multipliers import Quotient, name_of
+from mecanique.derivation.symbolic.result import result_of
 from mecanique.errors import DerivationError, UnknownNameError
 from mecanique.model import time
 from mecanique.verification.states import random_states
@@ -539,6 +540,65 @@ def test_equations_with_their_symbols_do_not_stop_at_forces_of_constraints(form:
     linkage = getattr(derive_system("four_bar_linkage"), form)(symbols=True)
     assert "The loops give every other coordinate" in linkage.replace("\n", " ")
     assert "Along any motion" not in getattr(derive_system("kepler_orbit"), form)(symbols=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "method", "whole", "last"),
+    [
+        (
+            "rolling_disk",
+            "lagrange",
+            "The constraints leave x free. The accelerations are explicit. The forces of the "
+            "constraints follow. Along any motion E is constant.",
+            "The accelerations are explicit. The forces of the constraints follow.",
+        ),
+        (
+            "rolling_disk",
+            "newton_euler",
+            "The constraints leave x free. The accelerations are explicit. The forces of the "
+            "constraints follow.",
+            "The accelerations are explicit. The forces of the constraints follow.",
+        ),
+        (
+            "atwood_machine",
+            "newton_euler",
+            "The acceleration is explicit. Inserted, they give T_cord_1, T_cord_2 and R_axle_z.",
+            "The acceleration is explicit. Inserted, they give T_cord_1, T_cord_2 and R_axle_z.",
+        ),
+        (
+            "four_bar_linkage",
+            "lagrange",
+            "Along any motion E is constant. The loops give every other coordinate for each phi, "
+            "with the velocity K phi' and the acceleration K phi'' + L phi'²; the equations reduce "
+            "to one without multipliers wherever no denominator is zero. J is the inertia referred "
+            "to phi, and N half its derivative dJ/dphi.",
+            "One equation is left for phi wherever no denominator is zero: J phi'' + N phi'² = "
+            "Q_phi. The loops give the other coordinates, Φ = 0. With the accelerations, the "
+            "multipliers follow as listed above.",
+        ),
+    ],
+)
+def test_the_last_section_says_again_only_what_its_lines_are(
+    name: str, method: str, whole: str, last: str
+) -> None:
+    ending = result_of(derive_system(name, method).derivation)
+    assert ending.sentence == whole
+    assert ending.sections[-1].title == "Result"
+    assert ending.sections[-1].sentence == last
+
+
+def test_forces_that_depend_on_the_acceleration_stand_below_it_with_that_inserted() -> None:
+    """Of Atwood's machine with a pulley M; those that depend on no acceleration stand elsewhere."""
+    equations = derive_system("atwood_machine", "newton_euler")
+    lines = [line.text() for line in result_of(equations.derivation).lines]
+    assert lines == [
+        "x'' = 2 (m1 - m2) g/(2 m1 + 2 m2 + M)",
+        "T_cord_1 = m1 (4 m2 + M) g/(2 m1 + 2 m2 + M)",
+        "T_cord_2 = (4 m1 + M) m2 g/(2 m1 + 2 m2 + M)",
+        "R_axle_z = (8 m1 m2 + 3 (m1 + m2) M + M^2) g/(2 m1 + 2 m2 + M)",
+    ]
+    level = [*result_of(derive_system("rigid_bar_pendulum", "newton_euler").derivation).lines]
+    assert [line.text() for line in level[1:]] == ["R_pin_t = m g sin(q)/4"]
 
 
 def test_integrals_stand_at_the_end() -> None:

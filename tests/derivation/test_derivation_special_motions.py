@@ -72,6 +72,18 @@ def test_two_rods_have_their_frequency_equation() -> None:
     assert len(set(frequencies)) == 2
 
 
+@pytest.mark.parametrize("sprung", [False, True])
+def test_a_frequency_equation_of_more_than_twelve_terms_is_left_out(sprung: bool) -> None:
+    """That of two rods has eight terms, 2 + 4 + 2, and with a spring at the elbow 2 + 8 + 5."""
+    rods = mq.textbook.load("double_pendulum")
+    k = mq.Parameter("k", 3.0, "N·m/rad")
+    coil = mq.JointSpring("coil", rods.joints[1].name, k)
+    if sprung:
+        rods = replace(rods, forces=(*rods.forces, coil), parameters=(*rods.parameters, k))
+    last = answers(rods)["Small motions"].lines[-1].text()
+    assert ("omega^4" in last) == (not sprung)
+
+
 def test_a_rest_that_is_not_at_zero_follows_from_linear_equations() -> None:
     ending = answers(mq.textbook.load("elastic_pendulum"))["Small motions"]
     assert "r = (m g + k l0)/k and theta = 0" in ending.sentence

@@ -148,6 +148,33 @@ def test_springs_and_dampers_of_an_engine_are_taken_off_its_bias(
     assert (found.worst < 1e-12) == alike
 
 
+@pytest.mark.parametrize("sprung", [False, True])
+def test_dampers_of_a_urdf_are_compared_unless_what_engines_leave_out_acts_beside_them(
+    sprung: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An engine that doubles a damper; springs stand in a tag that it passes over."""
+    m, l, c, g = 2.0, 0.7, 0.4, 9.81
+    springs = (mq.JointSpring("spring", "hinge", 3.0),) if sprung else ()
+    arm = mq.Mechanism(
+        "arm",
+        (mq.Body("ground"), mq.Body("arm", mq.particle(m).at((0, 0, -l)))),
+        (mq.Revolute("hinge", "ground", "arm", axis=(0, 1, 0)),),
+        gravity=(0, 0, -g),
+        forces=(mq.JointDamper("damper", "hinge", c), *springs),
+    )
+
+    def answer(_text: bytes, _gravity: object, q: ByJoint, v: ByJoint) -> Original:
+        angle, rate = (np.array(x["hinge"])[:, None] for x in (q, v))
+        mass = np.full((len(angle), 1, 1), m * l**2)
+        return Original(("hinge",), mass, m * g * l * np.sin(angle), (), -2 * c * rate)
+
+    engine = engines.Engine("Closed form", "numpy", answer)
+    monkeypatch.setattr(engines, "ENGINES", {"closed": engine})
+    found = reading(mq.write_urdf(arm), "closed")
+    assert found.worst is not None
+    assert found.differs == (not sprung)
+
+
 def test_drake_and_mujoco_on_an_inertia_of_no_real_body() -> None:
     pytest.importorskip("mujoco")
     text = ARM.replace(
