@@ -4,9 +4,11 @@ Run it by hand: python tests/benchmarks/random_mechanisms.py [NUMBER] [--seed S]
 The kinds take turns: trees of all joints with springs, dampers and drives; planar loops of every
 kind in any tilt, far away, from 1 mm to 1 km, some with an idle loop; spatial loops; wheels, balls
 and ellipsoids on tilted planes, in bowls and on domes; blades and velocity constraints that depend
-on time; gears, racks, cords; coordinate maps; trees with potentials, links without mass and ties.
-Each is verified at a few states in a process of its own that is ended after `LIMIT` seconds of
-processor time. A line tells each failure with what reproduces it, a table the outcomes by kind.
+on time; carts, trailers and wheels on axles; gears, racks, cords, belts; coordinate maps; trees
+with potentials, links without mass and ties; and what switches: friction, stops, latches, capstans
+and contacts, in every mode. Each is verified at a few states and moved from one of them, in a
+process of its own that is ended after `LIMIT` seconds of processor time. A line tells each failure
+with what reproduces it, a table the outcomes by kind.
 """
 
 from __future__ import annotations
@@ -55,11 +57,15 @@ from mecanique.model import (
     coordinate,
 )
 from mecanique.model.constraints.loops import CLOSED
+from mecanique.verification.states import random_states
 
 LIMIT = 60
 """Seconds of processor time that one mechanism may take."""
 
 SAMPLES = 4
+
+MOVED = 0.1
+"""How long each is moved [s]."""
 
 STRIDE = 50
 """How often it is told how many were tried."""
@@ -350,6 +356,120 @@ def mixed(random: Random) -> Mechanism:
     )
 
 
+def vehicle(random: Random) -> Mechanism:
+    """Return wheels on an axle, or a cart that draws trailers on blades."""
+    radius, width = (float(x) for x in random.uniform(0.1, 0.6, 2))
+    plane = Placement(triple(random.uniform(-1, 1, 3)), triple(random.uniform(-0.5, 0.5, 3)))
+    if random.random() < 0.5:
+        flat = (0.5 * pi, 0.0, 0.0)
+        names = ("left", "right")[: random.integers(1, 3)]
+        wheels = [Body(n, mq.disk(10 ** random.uniform(-1, 1), radius).at(rpy=flat)) for n in names]
+        bodies = [Body("ground"), Body("axle", shape(random, width)), *wheels]
+        joints: list[Joint] = [Floating("free", "ground", "axle")]
+        for name, side in zip(names, (1, -1), strict=False):
+            hub = Placement((0.0, side * width, 0.0))
+            joints.append(Revolute(f"{name} hub", "axle", name, axis=(0, 1, 0), origin=hub))
+        crown = float(random.choice([0.0, 0.2 * radius]))
+        rims = tuple(Rolling(n, n, radius, crown=crown, plane=plane) for n in names)
+        return Mechanism("axle", tuple(bodies), tuple(joints), contacts=rims)
+    bodies = [Body("ground"), Body("cart", shape(random))]
+    joints = [Planar("plane", "ground", "cart", origin=plane)]
+    edges = [Blade("edge", "cart", (float(random.uniform(-1, 1)), 0.0, 0.0))]
+    for k in range(random.integers(1, 3)):
+        hitch = Placement((float(random.uniform(-1, -0.3)), 0.0, 0.0))
+        joints.append(Revolute(f"h{k}", bodies[-1].name, f"t{k}", axis=(0, 0, 1), origin=hitch))
+        bodies.append(Body(f"t{k}", shape(random)))
+        edges.append(Blade(f"edge {k}", f"t{k}", (float(random.uniform(-1, -0.2)), 0.0, 0.0)))
+    torque = (JointForce("steers", "h0", mq.sin(3 * mq.time())),)
+    return Mechanism("trailers", tuple(bodies), tuple(joints), forces=torque, contacts=tuple(edges))
+
+
+def belted(random: Random) -> Mechanism:
+    """Return wheels that a belt turns, open or crossed, one of them loaded, in any plane."""
+    tilt = Placement(triple(random.uniform(-1, 1, 3)), triple(random.uniform(-3, 3, 3)))
+    count = int(random.integers(2, 4))
+    radii = [float(x) for x in random.uniform(0.05, 0.3, count)]
+    places = [(0.0, 0.0, 0.0), (1.0, 0.2, 0.0), (0.4, 1.1, 0.0)][:count]
+    bodies = [
+        Body("ground"),
+        Body("frame"),
+        *(Body(f"w{k}", mq.disk(2.0, r)) for k, r in enumerate(radii)),
+    ]
+    joints: list[Joint] = [Fixed("mount", "ground", "frame", origin=tilt)]
+    for k, place in enumerate(places):
+        joints.append(Revolute(f"a{k}", "frame", f"w{k}", axis=(0, 0, 1), origin=Placement(place)))
+    crossed = count == 2 and random.random() < 0.5
+    senses = [1, -1] if crossed else [1] * count
+    over = tuple(
+        Pulley(f"w{k}", radius, sense)
+        for k, (radius, sense) in enumerate(zip(radii, senses, strict=True))
+    )
+    preload = float(random.uniform(10, 90)) if random.random() < 0.5 else None
+    belt = mq.Belt("belt", over, preload, (0.0, 0.0, 1.0), "frame")
+    drive = (JointForce("drive", "a0", 2.0), JointDamper("drag", f"a{count - 1}", 0.4))
+    return Mechanism("belt", tuple(bodies), tuple(joints), forces=drive, elements=(belt,))
+
+
+def switching(random: Random) -> Mechanism:
+    """Return a chain with friction and stops, a body on a rough floor, or a capstan."""
+    mu, more = float(random.uniform(0.05, 0.8)), float(random.uniform(1.0, 1.5))
+    gravity = triple(9.81 * np.array(direction(random)))
+    pick = random.integers(4)
+    if pick == 0:
+        bodies, joints = [Body("ground")], list[Joint]()
+        for k in range(random.integers(1, 4)):
+            kind = Revolute if random.random() < 0.5 else Prismatic
+            axis, origin = direction(random), placement(random)
+            joints.append(kind(f"j{k}", bodies[-1].name, f"b{k}", axis=axis, origin=origin))
+            bodies.append(Body(f"b{k}", shape(random)))
+        load, rate = float(random.uniform(1, 9)), float(random.choice([0.0, 0.4]))
+        last = joints[-1].name
+        elements: list[object] = [mq.Friction("dry", "j0", mu, load, more * mu, rate)]
+        stiff = float(random.uniform(50, 500)) if random.random() < 0.4 else None
+        holds = 2.0 if stiff is None and random.random() < 0.4 else 0.0
+        side = int(random.choice([1, -1]))
+        elements.append(mq.Stop("stop", last, 0.3, side, 0.5, stiff, holds=holds))
+        forces = (JointSpring("coil", last, 30.0),)
+        return Mechanism(
+            "rubbing",
+            tuple(bodies),
+            tuple(joints),
+            forces=forces,
+            gravity=gravity,
+            switching=tuple(elements),  # type: ignore[arg-type]  # collected
+        )
+    if pick == 3:
+        bodies = [Body("ground"), Body("a", shape(random, 0.2)), Body("b", shape(random, 0.2))]
+        joints = [
+            Prismatic("down", "ground", "a", axis=(0, 0, -1), origin=Placement((-0.1, 0, 0))),
+            Prismatic("along", "ground", "b", axis=(0, 0, -1), origin=Placement((0.1, 0, 0))),
+        ]
+        cord = mq.Capstan("drum", "down", "along", 3.0, float(random.uniform(1, 9)), 0.3 * mu)
+        return Mechanism("capstan", tuple(bodies), tuple(joints), switching=(cord,))
+    radius = float(random.uniform(0.05, 0.5))
+    center = triple(0.3 * radius * random.uniform(-1, 1, 3) * (random.random() < 0.5))
+    if pick == 1:
+        center = (center[0], 0.0, center[2])
+        joints = [Planar("plane", "ground", "body", axis=(0, -1, 0))]
+        gravity = (float(random.normal()), 0.0, -9.81)
+        floor = mq.Contact("floor", "body", center, radius, mu=mu, mu_static=more * mu)
+    else:
+        joints = [Floating("free", "ground", "body")]
+        bowl = float(random.choice([0.0, 5 * radius, -4 * radius]))
+        floor = mq.Contact(
+            "floor",
+            "body",
+            center,
+            radius,
+            plane=placement(random),
+            bowl=bowl,
+            mu=mu,
+            restitution=0.4,
+        )
+    bodies = [Body("ground"), Body("body", mq.ball(10 ** random.uniform(-1, 1), radius))]
+    return Mechanism("floor", tuple(bodies), tuple(joints), gravity=gravity, switching=(floor,))
+
+
 KINDS = {
     "tree": tree,
     "planar loop": planar_loop,
@@ -359,6 +479,9 @@ KINDS = {
     "guided": guided,
     "map": mapped,
     "mixed": mixed,
+    "vehicle": vehicle,
+    "belt": belted,
+    "switching": switching,
 }
 
 
@@ -370,12 +493,25 @@ def judge(kind: str, seed: int) -> str:
     except mq.MecaniqueError as error:
         return f"declined: {type(error).__name__}: {error}"
     if verdict.agrees:
-        return "agrees"
+        return move(mechanism, seed)
     rows = [row for row in verdict.rows if not row.agrees]
     return "disagrees: " + ", ".join(
         f"{row.quantity} of {row.sources[0]} {row.worst:.1e} > {row.allowed:.1e}"
         for row in rows[:3]
     )
+
+
+def move(mechanism: Mechanism, seed: int) -> str:
+    """Return whether it moves from a random state, in numbers: "agrees" if so or if it says why."""
+    states = random_states(mechanism, 1, seed)
+    try:
+        motion = mq.simulate(mechanism, q=states.q[0], v=states.v[0], duration=MOVED)
+    except mq.MecaniqueError as error:
+        return f"stands: {type(error).__name__}: {error}"
+    numbers = (motion.t, motion.q, motion.v, motion.a, motion.energy().total)
+    if not all(np.isfinite(values).all() for values in numbers):
+        return "gives what is no number in its motion"
+    return "agrees"
 
 
 def try_one(kind: str, seed: int) -> str:
@@ -410,16 +546,16 @@ def main(options: argparse.Namespace) -> int:
         begin = time.perf_counter()
         outcome = try_one(kind, seed)
         slowest[kind] = max(slowest[kind], time.perf_counter() - begin)
-        counts[kind][outcome.split(":")[0]] += 1
+        counts[kind][outcome.split(":")[0].split()[0]] += 1
         if outcome != "agrees":
             print(f"{kind}, seed {seed}: {outcome[:400]}", flush=True)
         if not (k + 1) % STRIDE:
             print(f"{k + 1} tried", flush=True)
-    heads = ("agrees", "declined", "disagrees", "raises", "hangs")
+    heads = ("agrees", "declined", "stands", "disagrees", "gives", "raises", "hangs")
     print(f"\n{'kind':14}", *(f"{head:>10}" for head in (*heads, "slowest s")))
     for kind, count in counts.items():
         print(f"{kind:14}", *(f"{count[head]:10}" for head in heads), f"{slowest[kind]:10.1f}")
-    return sum(count[head] for count in counts.values() for head in heads[2:])
+    return sum(count[head] for count in counts.values() for head in heads[3:])
 
 
 def read_options() -> argparse.Namespace:

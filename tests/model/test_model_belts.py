@@ -71,6 +71,41 @@ def triangle() -> mq.Mechanism:
 
 
 @pytest.mark.parametrize("crossed", [False, True])
+def test_a_belt_on_a_tilted_bench_turns_its_pulleys_in_the_axes_of_that(crossed: bool) -> None:
+    """All wheels stand on a bench that is fixed in a tilt; the normal is in the bench's axes."""
+    flat = drive(crossed=crossed)
+    tilt = mq.Placement((0.1, 0.2, 0.3), (0.3, 0.2, 0.1))
+    (belt,) = flat.elements
+    assert isinstance(belt, mq.Belt)
+    tilted = replace(
+        flat,
+        bodies=(*flat.bodies, mq.Body("bench")),
+        joints=(
+            mq.Fixed("mount", "ground", "bench", origin=tilt),
+            *(replace(axle, parent="bench") for axle in flat.joints),
+        ),
+        coordinates=mq.Coordinates(()),
+        elements=(replace(belt, axes="bench"),),
+    )
+    assert tilted.coordinates.driven == flat.coordinates.driven
+    assert mq.verify(tilted, samples=5).agrees
+    at = {"motor_axle": 0.3}
+    tensions = mq.Reference(flat).guide_forces(at)
+    for name, tension in mq.Reference(tilted).guide_forces(at).items():
+        assert tension == pytest.approx(float(tensions[name]), rel=1e-12)
+
+
+def test_no_law_follows_for_a_belt_whose_plane_turns() -> None:
+    """Its normal is in the axes of a wheel, though that turns about the normal."""
+    flat = drive()
+    (belt,) = flat.elements
+    assert isinstance(belt, mq.Belt)
+    turned = replace(flat, coordinates=mq.Coordinates(()), elements=(replace(belt, axes="motor"),))
+    assert flat.coordinates.driven.keys() == {"drum_axle"}
+    assert not turned.coordinates.driven
+
+
+@pytest.mark.parametrize("crossed", [False, True])
 def test_a_drive_by_hand(crossed: bool) -> None:
     """J a = D - r (T1 - T2), the mean of both the preload; along the runs they pull the axles."""
     machine = drive(crossed=crossed)

@@ -141,28 +141,28 @@ def _of_teeth(here: _Still, mesh: Gear | Rack) -> Iterator[Row]:
 
 
 def _of_cord(here: _Still, cord: Cord | Belt) -> Iterator[Row]:
-    if cord.axes != "world" or not all(stop.body in here.carried for stop in cord.stops):
-        return
-    rows: list[Row] = [{} for _ in cord.forces]
-    n = np.array(cord.normal)
     stops = cord.stops
+    axes = here.m.ground if cord.axes == "world" else cord.axes
+    known = here.carried.keys() >= {axes, *(stop.body for stop in stops)}
+    if not known or any(joint.coordinates for joint in here.carried[axes]):
+        return  # its plane may turn
+    rows: list[Row] = [{} for _ in cord.forces]
+    n = here.m.home_poses[axes][:3, :3] @ np.array(cord.normal)
     for k, part in enumerate(cord.parts):
         e = here.find_direction(stops[k], stops[k + 1], n)
         if e is None:
             return
-        moved = [here.move(stop, e, n) for stop in (stops[k], stops[k + 1])]
-        if None in moved:
+        start, end = (here.move(stop, e, n) for stop in stops[k : k + 2])
+        if start is None or end is None:
             return
-        start, end = moved
-        for name in {**(start or {}), **(end or {})}:
-            factor = plain((end or {}).get(name, 0) - (start or {}).get(name, 0))
+        for name in start | end:
+            factor = plain(end.get(name, 0) - start.get(name, 0))
             slides = name in here.sliding
-            moves_both = name in (start or {}) and name in (end or {})
+            moves_both = name in start and name in end
             if slides and abs(abs(float(factor)) - (not moves_both)) > _NEAR:
                 return  # the stretch turns as the slide moves
-            rows[part][name] = rows[part].get(name, 0) + (
-                round(float(factor)) if slides else factor
-            )
+            step = round(float(factor)) if slides else factor
+            rows[part][name] = rows[part].get(name, 0) + step
     for row in rows:
         yield {name: factor for name, factor in row.items() if factor != 0}
 
