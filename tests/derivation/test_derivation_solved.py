@@ -562,8 +562,8 @@ def test_equations_with_their_symbols_do_not_stop_at_forces_of_constraints(form:
         (
             "atwood_machine",
             "newton_euler",
-            "The acceleration is explicit. Inserted, they give T_cord_1, T_cord_2 and R_axle_z.",
-            "The acceleration is explicit. Inserted, they give T_cord_1, T_cord_2 and R_axle_z.",
+            "The acceleration is explicit. Inserted, it gives T_cord_1, T_cord_2 and R_axle_z.",
+            "The acceleration is explicit. Inserted, it gives T_cord_1, T_cord_2 and R_axle_z.",
         ),
         (
             "four_bar_linkage",
