@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import chain
+from itertools import chain, count
 from typing import Any, NamedTuple, final
 
 import numpy as np
@@ -201,8 +201,10 @@ class Displacements:
             self.meanings[name] = f"virtual displacement {of}: small, {free}at fixed time"
 
     def _choose(self, letters: Mapping[str, str]) -> str:
-        """Return the first letter that is no displacement of a coordinate."""
-        return next(letter for q, letter in letters.items() if f"δ{q}" not in self.names)
+        """Return the first letter that is no displacement of a coordinate, numbered if all are."""
+        more = ((f"{q}_{k}", f"{letter}_{k}") for k in count(1) for q, letter in letters.items())
+        choices = chain(letters.items(), more)
+        return next(letter for q, letter in choices if f"δ{q}" not in self.names)
 
     def vary(self, velocity: Vector) -> Vector:
         """Return the virtual displacement that belongs to a velocity: Σ ∂v/∂q' δq."""
