@@ -260,6 +260,11 @@ SLIPS = (
     ),
     ("heavy_top", "potential energy", "V = m g h cos(theta)", "acts at its end"),
     (
+        *("two_blocks", "transfer function of q1 from F"),
+        "(m1 s^2 + k1 + k2)/((m1 s^2 + k1 + k2)(m2 s^2 + k2) - k2^2)",
+        "it is that of q2",
+    ),
+    (
         *("cart_pole", "transfer function of q from F"),
         "Q/F = -s/(M l s^3 + (M + m) g s)",
         "the damping is missing",

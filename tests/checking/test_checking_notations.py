@@ -283,6 +283,7 @@ def test_both_signs_of_a_frequency_are_one_frequency(answer: str, outcome: str) 
 
 
 COUNT = ("F - c*v + m*sin(th)*(l*w**2 + g*cos(th))", "M + m*sin(th)**2")
+BLOCKS = ("m1 q1'' = k2 (q2 - q1) - k1 q1", "m2 q2'' = F - k2 (q2 - q1)")
 CLASSES = (
     # forces between bodies that are eliminated
     ("atwood_machine", "equation of motion", "m1 g - T1 = m1 x''; T2 - m2 g = m2 x''; "
@@ -343,6 +344,16 @@ CLASSES = (
     ("simple_pendulum", "period", r"\tau = 2\pi\sqrt{\frac{\ell}{g}}"),
     ("simple_pendulum", "reaction", "T = m g cos q + m l q'^2"),
     ("rolling_disk", "reaction", "F = 1/3 m g sin α, N = m g cos α"),
+    # what names or numbers lines
+    *(
+        ("two_blocks", "equation of motion", template.format(*BLOCKS))
+        for template in (
+            "Block 1: {}\nBlock 2: {}", "m1: {}\nm2: {}", "q1: {}\nq2: {}", "i = 1: {}\ni = 2: {}",
+            "Equation 1: {}\nEq. 2: {}", "1. {}\n2. {}", "1) {}\n2) {}", "(a) {}\n(b) {}",
+            "{} (1)\n{} (2)", "* {}\n* {}", "• {}\n• {}",
+        )
+    ),
+    ("simple_pendulum", "equilibrium", "q = 0: stable, q = π: unstable"),
     # what stands around
     ("simple_pendulum", "equation of motion", "Newton's second law about O: l q'' = -g sin q"),
     ("simple_pendulum", "equation of motion", r"\sum M_O = J\ddot q:\quad -mg\sin q = ml\ddot q"),
@@ -374,6 +385,8 @@ def test_what_students_hand_in_is_read(system: str, ask: str, text: str) -> None
         ("base_excited_mass", "damped frequency", "ω_n = √(k/m), ω_d = ω_n", "wrong"),
         ("rigid_bar_pendulum", "frequency", "ω = √(g/l), f = ω √(3/2)/(2π)", "wrong"),
         ("simple_pendulum", "reaction", "T = m g cos q - m l q'^2", "wrong"),
+        ("two_blocks", "equation of motion", f"{BLOCKS[0]}\n{BLOCKS[1]} (2)", "wrong"),
+        ("two_blocks", "equation of motion", f"2. {BLOCKS[0]}\n3. {BLOCKS[1]}", "wrong"),
         ("rolling_disk", "reaction", "F = m g sin α", "wrong"),
         ("rolling_disk", "reaction", "F = -m g sin(alpha)/3", "wrong"),
         ("atwood_machine", "equation of motion", "a = (m1 - m2) g/(m1 + m2 + M)", "wrong"),

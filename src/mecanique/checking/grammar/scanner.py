@@ -333,6 +333,25 @@ MOST_IN_WORD = 200
 _BINARY = tuple("+-*/^=")
 _PLAIN_WORD = re.compile(r"(?<![\\\w'])[^\W\d_]+(?![\w_])[:,.]?")
 _WORDS = re.compile(r"(?<![\\\w'])[^\W\d_]+(?![\w_])(?:[ :,.'-]+(?:[^\W\d_]+(?![\w_])[:,.]?))*")
+_NUMBER_OF_BODY = re.compile(r" ?\d{1,2} ?(?=:)")
+"""What numbers a word before a colon, as in block 2:."""
+
+_LABEL = re.compile(
+    r"[ \t]{0,9}(?:[*•·▪](?=\s)|(?:Eq|eq|Gl|Ec)\.? ?\(?\d{1,2}\)? ?:"
+    r"|(?:\\?[^\W\d_]{1,8}_?\d?|[ijkn] ?= ?\d{1,2}) ?:(?=[\s\\][^\n]*=))"
+)
+"""What a line begins with where it is named, as q1: …, i = 2: … or Eq. 2: …."""
+
+_NUMBER_BEFORE = re.compile(r"^\s*\(?(\d{1,2}|[a-z]|i{1,3})(?:\)|\.\)?)(?=\s)")
+_NUMBER_AFTER = re.compile(r"\((\d{1,2}|[a-z]|i{1,3})\)(?=[\s.,;]{0,9}$)")
+
+
+def _are_counted(numbers: list[str]) -> bool:
+    """Return whether labels count from the first on, as 1, 2, a, b or i, ii."""
+    counted = zip(*((str(k), chr(96 + k), "i" * k) for k in range(1, 27)), strict=True)
+    return any((*numbers,) == labels[: len(numbers)] for labels in counted)
+
+
 _SHORTEST_WORD = 3
 _STOPS = re.compile(
     r"is|of|the|to|we|by|so|it|in|as|at|are|with|for|where|and|get|"
@@ -527,6 +546,7 @@ class Scanner:
         self._arrays: list[bool] = []
         self._text = text
         self._placed = PlacedText.of(text)
+        self._set_labels_aside()
         self._set_remarks_aside()
         self._placed.rewrite()
         if long := _LONG.search(self._plain):
@@ -806,6 +826,22 @@ class Scanner:
             return self._put(kind, "[" if opens else "]", match.start(), match.end())
         return match.end()
 
+    def _set_labels_aside(self) -> None:
+        """Replace by spaces what names or numbers lines: q1: …, Eq. 2: …, 1. …, … (2)."""
+        lines = [line for line in re.finditer(r"[^\n]+", self._plain) if not line[0].isspace()]
+        named = (_LABEL.match(self._plain, line.start()) for line in lines)
+        labels = [label.span() for label in named if label]
+        for number in (_NUMBER_BEFORE, _NUMBER_AFTER):
+            numbers = [match for line in lines if (match := number.search(line[0]))]
+            # a single number may as well be a factor
+            if len(numbers) == len(lines) > 1 and _are_counted([match[1] for match in numbers]):
+                labels += [
+                    (line.start() + match.start(), line.start() + match.end())
+                    for line, match in zip(lines, numbers, strict=True)
+                ]
+        for first, last in labels:
+            self._placed.blank(first, last)
+
     def _set_remarks_aside(self) -> None:
         """Replace by spaces what a formula is about: Lagrange's equation, integers, decimals."""
         lines = [line for line in _LINE.finditer(self._plain) if line[0].strip()]
@@ -857,6 +893,8 @@ class Scanner:
             ends |= len(prose) > 1 and before[-1:] not in _BINARY
             if joined and not ends:
                 continue
+            if numbered := _NUMBER_OF_BODY.match(self._plain, last):
+                last = numbered.end()
             while last < len(self._plain) and self._plain[last] in " :,.":
                 last += 1
             said = " ".join(self._quote(first, last).strip(" :,").split())

@@ -472,9 +472,11 @@ class _Asked:
         answers = list[Array]()
         for damping in (C, (C - C.transpose(0, 2, 1)) / 2):
             whole = M * np.square(s)[:, None, None] + damping * s[:, None, None] + K
-            solution = np.linalg.solve(whole, force)
-            answers.append(np.asarray(solution[:, coordinates.index(output), 0], dtype=float))
-        answer, undamped = answers
+            answers.append(np.asarray(np.linalg.solve(whole, force)[:, :, 0], dtype=float))
+        k = coordinates.index(output)
+        answer, undamped = (by_coordinate[:, k] for by_coordinate in answers)
+        others = zip(coordinates, answers[0].T, strict=True)
+        slips = [("exchanged", f"it is that of {q}", other) for q, other in others if q != output]
         taken = {*sample.values, *self._letters, "s"}
         transform = [name for name in (output.capitalize(),) if name not in taken]
         transformed = dict.fromkeys(transform, answer * sample.values[symbol])
@@ -485,7 +487,7 @@ class _Asked:
             values=answer,
             dimensions={"s": read_unit("1/s")},
             more={"s": s, **transformed},
-            slips=(("missing", _UNDAMPED, undamped),),
+            slips=(("missing", _UNDAMPED, undamped), *slips),
         )
 
     def steady(self, name: str, _: str) -> AskedQuantity:
