@@ -346,7 +346,7 @@ _NUMBER_BEFORE = re.compile(r"^\s*\(?(\d{1,2}|[a-z]|i{1,3})(?:\)|\.\)?)(?=\s)")
 _NUMBER_AFTER = re.compile(r"\((\d{1,2}|[a-z]|i{1,3})\)(?=[\s.,;]{0,9}$)")
 
 
-def _are_counted(numbers: list[str]) -> bool:
+def _is_counted(numbers: list[str]) -> bool:
     """Return whether labels count from the first on, as 1, 2, a, b or i, ii."""
     counted = zip(*((str(k), chr(96 + k), "i" * k) for k in range(1, 27)), strict=True)
     return any((*numbers,) == labels[: len(numbers)] for labels in counted)
@@ -834,7 +834,7 @@ class Scanner:
         for number in (_NUMBER_BEFORE, _NUMBER_AFTER):
             numbers = [match for line in lines if (match := number.search(line[0]))]
             # a single number may as well be a factor
-            if len(numbers) == len(lines) > 1 and _are_counted([match[1] for match in numbers]):
+            if len(numbers) == len(lines) > 1 and _is_counted([match[1] for match in numbers]):
                 labels += [
                     (line.start() + match.start(), line.start() + match.end())
                     for line, match in zip(lines, numbers, strict=True)
