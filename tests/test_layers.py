@@ -83,7 +83,7 @@ ORDER: dict[str, list[str]] = {
         "extensions",
         "document",
     ],
-    "program": ["tape", "evaluation half_angles listing traced", "compiled solving sweeps"],
+    "program": ["tape", "evaluation half_angles listing traced", "solving sweeps"],
     "derivation": [
         "tolerances",
         "laws tree",
@@ -369,8 +369,9 @@ def test_the_derivation_never_sees_the_engine_and_the_engine_never_sees_the_deri
     for text in derivation:
         assert not rooms_in(text) & {"reference", "urdf", "verification", "motion", "viewing"}
         assert not outside(text) & {"pinocchio", "pin", "example_robot_data", "coal", "eigenpy"}
+    # nor its arithmetic: a slip in how programs are differentiated would agree with itself
     for text in engine:
-        assert "derivation" not in rooms_in(text)
+        assert not rooms_in(text) & {"derivation", "program"}
 
 
 def test_only_the_reference_imports_pinocchio() -> None:

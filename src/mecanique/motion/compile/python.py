@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -10,8 +11,7 @@ import numpy as np
 from mecanique.model.expression import FUNCTIONS, numpy_function
 from mecanique.motion.compile.program import RatesProgram
 from mecanique.motion.record.curve import RightHandSide
-from mecanique.program.compiled import FLOATS, PYTHON
-from mecanique.program.listing import Listing, list_program
+from mecanique.program.listing import Listing, Notation, list_program
 
 if TYPE_CHECKING:
     from mecanique.program.tape import Tape, Value
@@ -19,6 +19,16 @@ if TYPE_CHECKING:
 
 Batched: TypeAlias = Callable[[float | np.ndarray, np.ndarray, np.ndarray], None]
 """f(t, Y, out): rates of many states at once, shape (nq + nv, n) both, at one time or one each."""
+
+_FLOATS: dict[str, Any] = {
+    **{name: getattr(math, name) for name in ("sin", "cos", "sqrt", "exp", "log", "asin")},
+    **{name: getattr(math, name) for name in ("acos", "atan", "atan2", "pow", "tanh")},
+    "Abs": abs,
+    "sign": lambda x: math.copysign(1.0, x) if x else 0.0,
+}
+"""Functions of floats, by their names in programs."""
+
+_NOTATION = Notation({name: f"{name}({{}})" for name in {*_FLOATS, *FUNCTIONS}}, "{} = {}")
 
 
 def scalar(program: RatesProgram) -> RightHandSide:
@@ -45,7 +55,7 @@ def overwriting(program: RatesProgram) -> Callable[[], RightHandSide]:
         "        return answer",
         "    return rhs",
     ]
-    make: Callable[[], RightHandSide] = _run(program, text, FLOATS | {"empty": np.empty})["make"]
+    make: Callable[[], RightHandSide] = _run(program, text, _FLOATS | {"empty": np.empty})["make"]
     return make
 
 
@@ -61,7 +71,7 @@ def list_values(
         f"    return {''.join(f'{answer}, ' for answer in listing.outputs)}",
     ]
     compute: Callable[[float, np.ndarray], tuple[float, ...]]
-    compute = _run(program, text, FLOATS)["compute"]
+    compute = _run(program, text, _FLOATS)["compute"]
     return compute
 
 
@@ -115,7 +125,7 @@ def _write(tape: Tape, outputs: Sequence[Value], program: RatesProgram) -> Listi
     # a motion has no driving forces besides those described
     names |= {f"tau {velocity}": "0.0" for velocity in program.mechanism.velocities}
     names |= {symbol: _name(symbol) for symbol in (*program.open, *program.signals)}
-    return list_program(tape, outputs, names, PYTHON)
+    return list_program(tape, outputs, names, _NOTATION)
 
 
 def _split(program: RatesProgram, lines: Sequence[str]) -> tuple[list[str], list[str]]:

@@ -7,7 +7,6 @@ included (rheonomic maps: Goldstein, Classical Mechanics, 1950, sect. 1-4, eq. 1
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from math import cos, sin, sqrt
 from typing import Any, final
 
@@ -16,22 +15,20 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
-from mecanique.model.expression import evaluate, symbols_in
+from mecanique.model.expression import compile_scalars, plain, symbols_in
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
-from mecanique.program.compiled import compile_program
-from mecanique.program.sweeps import pull_back, push_forward, substitute
-from mecanique.program.tape import Tape, Value
-from mecanique.program.traced import call, trace, value_of, values_of
 from mecanique.reference.engine.load import EngineModel, JointIndices
 
 
-def quaternion_rate(quaternion: Sequence[Any], spin: Sequence[Any]) -> tuple[Any, Any, Any, Any]:
+def quaternion_rate(
+    quaternion: Sequence[Any], spin: Sequence[Any], half: Any = 0.5
+) -> tuple[Any, Any, Any, Any]:
     """Return the rate ½ quaternion ∘ (ω, 0), ω in the child's axes."""
     # The source is Diebel, Representing Attitude, 2006
     x, y, z, w = quaternion
     a, b, c = spin
-    a, b, c = 0.5 * a, 0.5 * b, 0.5 * c
+    a, b, c = half * a, half * b, half * c
     return (
         w * a + y * c - z * b,
         w * b + z * a - x * c,
@@ -191,45 +188,86 @@ class Chart:
                 (q[xa], q[ya], q[za], q[wa]), (v[oxa], v[oya], v[oza])
             )
         for at_q, at_v in self._twists:
-            out[list(at_q[:3])] = turn(q[list(at_q[3:])].tolist(), v[list(at_v[:3])].tolist())
+            out[list(at_q[:3])] = turn(
+                [float(q[k]) for k in at_q[3:]], [float(v[k]) for k in at_v[:3]]
+            )
 
     def _follow(self, mechanism: Mechanism, followers: Sequence[str]) -> None:
-        """Differentiate the map, operation by operation, and compile it."""
-        tape = Tape()
-        names = (*mechanism.coordinates, *mechanism.velocities, "t", *mechanism.values)
-        letters = {name: trace(tape, tape.input(name)) for name in names}
-        function = partial(partial, call, tape)
+        """Differentiate the map and compile it."""
+        from sympy import DiracDelta, Expr, Integer, Symbol, sympify
+
         driven = mechanism.coordinates.driven
-        used = frozenset[str]().union(*(symbols_in(driven[name]) for name in followers))
-        for signal in (signal for signal in mechanism.inputs if signal.symbol in used):
-            if callable(signal.signal):
-                raise EngineError(
-                    f"the coordinate map of mechanism {mechanism.name!r} depends on "
-                    f"input {signal.symbol!r}, a function whose derivatives are not known; "
-                    "expected an expression in t and parameters"
-                )
-            letters[signal.symbol] = evaluate(signal.signal, letters, function=function)
-        scalars = (evaluate(driven[name], letters, function=function) for name in followers)
-        maps = values_of(scalars)
-        q = np.array([letters[name] for name in mechanism.coordinates], dtype=object)
-        speeds = np.array([letters[name] for name in mechanism.velocities], dtype=object)
-        moved = np.zeros_like(q)
-        self.rates(q, speeds, moved)
-        rates: dict[int, Value] = {letters["t"].place: 1.0}
-        rates |= {at.place: value_of(rate) for at, rate in zip(q, moved, strict=True)}
-        v = [rate.place for rate in speeds]
-        first = push_forward(tape, maps, rates)
-        gamma = push_forward(tape, first, rates)
-        G = [slope for rate in first for slope in pull_back(tape, [rate], [1.0], v)]
-        c = substitute(tape, first, dict.fromkeys(v, 0.0))
-        self._map = compile_program(tape, maps, (*mechanism.coordinates, "t", *mechanism.values))
+        names = (*mechanism.coordinates, *mechanism.velocities, "t", *mechanism.values)
+        # real symbols, so that |x| has the derivative sign(x)
+        real = {Symbol(name): Symbol(name, real=True) for name in names}
+        back = {value: key for key, value in real.items()}
+        signals = {Symbol(i.symbol): i for i in mechanism.inputs}
+        rules: dict[Any, Any] = {}
+        for symbol, signal in signals.items():
+            if any(symbol.name in symbols_in(driven[name]) for name in followers):
+                if callable(signal.signal):
+                    raise EngineError(
+                        f"the coordinate map of mechanism {mechanism.name!r} depends on "
+                        f"input {signal.symbol!r}, a function whose derivatives are not known; "
+                        "expected an expression in t and parameters"
+                    )
+                rules[symbol] = sympify(plain(signal.signal))
+        rates = {
+            real[Symbol(name)]: rate.xreplace(real) for name, rate in _rates(mechanism).items()
+        }
+        v = [real[Symbol(name)] for name in mechanism.velocities]
+        time = real[Symbol("t")]
+
+        def slope(expression: Any, symbol: Any) -> Any:
+            # sympy finds a zero slowly, and in a long chain nearly all derivatives are zero
+            return expression.diff(symbol) if symbol in expression.free_symbols else Integer(0)
+
+        def total(expression: Any) -> Any:
+            present = expression.free_symbols
+            parts = (
+                expression.diff(symbol) * rate
+                for symbol, rate in rates.items()
+                if symbol in present
+            )
+            return sum(parts, slope(expression, time))
+
+        def without_impulses(expression: Any) -> Expr:
+            if expression.is_Number:
+                return expression
+            return expression.replace(DiracDelta, lambda *_: Integer(0)).xreplace(back)
+
+        maps = [sympify(plain(driven[name])).xreplace(rules).xreplace(real) for name in followers]
+        first = [total(expression) for expression in maps]
+        G = [slope(rate, symbol) for rate in first for symbol in v]
+        c = [rate.xreplace(dict.fromkeys(v, Integer(0))) for rate in first]
+        gamma = [total(rate) for rate in first]
+        q_names = (*mechanism.coordinates, "t", *mechanism.values)
+        self._map = compile_scalars([without_impulses(expression) for expression in maps], q_names)
+        everything = [without_impulses(expression) for expression in (*c, *gamma, *G)]
         count = len(followers)
-        read = (tape.operations[place] for place in tape.find_needed(G))
-        moving = {name for kind, _, name in read if kind == "input"} - mechanism.values.keys()
-        jet = compile_program(tape, [*c, *gamma, *G], names)
+        moving = any(
+            symbols_in(entry) - mechanism.values.keys() for entry in everything[2 * count :]
+        )
         # where G is constant, γ is the rate of c
-        if moving or any(rate != 0 for rate in c):
-            self._jet = jet
+        if moving or any(entry != 0 for entry in everything[:count]):
+            self._jet = compile_scalars(everything, names)
         else:
-            numbers = jet(*(0.0 for _ in names[: -len(self._values) or None]), *self._values)
-            self.G[self._rows] = np.array(numbers[2 * count :]).reshape(count, -1)
+            numbers = mechanism.evaluate_all(everything[2 * count :])
+            self.G[self._rows] = np.array(numbers).reshape(count, -1)
+
+
+def _rates(mechanism: Mechanism) -> dict[str, Any]:
+    """Return the rate of each coordinate as an expression in coordinates and velocities."""
+    from sympy import Rational, Symbol
+
+    rates = {name[:-1]: Symbol(name) for name in mechanism.velocities if name.endswith("'")}
+    for joint in mechanism.joints:
+        if not joint.quaternion:
+            continue
+        quaternion = [Symbol(name) for name in joint.quaternion]
+        *linear, ox, oy, oz = (Symbol(name) for name in joint.velocities)
+        turning = quaternion_rate(quaternion, (ox, oy, oz), Rational(1, 2))
+        rates.update(zip(joint.quaternion, turning, strict=True))
+        if linear:
+            rates.update(zip(joint.linear_coordinates, turn(quaternion, linear), strict=True))
+    return rates

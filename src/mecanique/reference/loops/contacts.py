@@ -9,19 +9,14 @@ ch. I, sect. 4).
 
 from __future__ import annotations
 
-from functools import partial
 from typing import NamedTuple, final
 
 import numpy as np
 
 from mecanique.arrays import Array, cross
 from mecanique.model.constraints.contacts import Blade, Contact, Rolling, row_names
-from mecanique.model.expression import Scalar, evaluate
+from mecanique.model.expression import Scalar, compile_scalars, symbols_in
 from mecanique.model.mechanism import Mechanism
-from mecanique.program.compiled import compile_program
-from mecanique.program.sweeps import push_forward
-from mecanique.program.tape import Tape
-from mecanique.program.traced import call, trace, value_of
 from mecanique.reference.engine.load import EngineModel, Holder
 from mecanique.reference.vectors import hat
 
@@ -254,24 +249,29 @@ class VelocityRows:
     """The rows A(q, t) v = b(q, t) of a mechanism's velocity constraints."""
 
     def __init__(self, mechanism: Mechanism) -> None:
+        from sympy import Symbol, sympify
+
         constraints, velocities = mechanism.velocity_constraints, mechanism.velocities
         self.names = tuple(constraint.name for constraint in constraints)
         """Name of each row: the constraint's."""
         self._size = mechanism.nv
         self._values = tuple(mechanism.values.values())
-        names = (*mechanism.coordinates, *velocities, *mechanism.values, "t")
-        tape = Tape()
-        letters = {name: trace(tape, tape.input(name)) for name in names}
-        function = partial(partial, call, tape)
         entries = [
-            value_of(evaluate(entry, letters, function=function))
+            sympify(entry)
             for constraint in constraints
             for entry in (*constraint.along(velocities), constraint.rate)
         ]
-        rates = {name: letters.get(f"{name}'") for name in mechanism.coordinates} | {"t": 1.0}
-        along = {letters[n].place: value_of(rate) for n, rate in rates.items() if rate is not None}
-        changes = push_forward(tape, entries, along)
-        self._entries = compile_program(tape, [*entries, *changes], names)
+        rates = {name: f"{name}'" for name in mechanism.coordinates if f"{name}'" in velocities}
+
+        def change(entry: Scalar) -> Scalar:
+            moved = [
+                entry.diff(Symbol(name)) * Symbol(rates[name])
+                for name in sorted(symbols_in(entry) & rates.keys())
+            ]
+            return sum(moved, entry.diff(Symbol("t")))
+
+        names = (*mechanism.coordinates, *velocities, *mechanism.values, "t")
+        self._entries = compile_scalars([*entries, *map(change, entries)], names)
 
     def now(self, q: Array, v: Array, t: float) -> LoopClosure:
         """Return the rows in a state."""
