@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import sympy as sp
 from sides import make_corner, make_sled
 
 import mecanique as mq
+from mecanique.derivation import switching
 from mecanique.derivation.mechanics.switching import OPEN, SLIPS, STICKS, ElementState, Mode
 from mecanique.derivation.switching import ModeCondition, ModeEquations, Modes, list_symbols
 from mecanique.model.states import States
@@ -585,3 +587,29 @@ def test_modes_of_a_mechanism_with_several_contacts_end() -> None:
     (mode,) = mq.derive_modes(bird, only=only).modes
     assert len(mode.unsolved) == 4
     assert not mode.accelerations
+
+
+@pytest.mark.parametrize(("digits", "calls"), [(3, 1), (60, 0)])
+def test_formulas_with_numbers_that_no_one_reads_are_not_simplified(
+    digits: int, calls: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The modes of a hinge and two slides in decimals of 16 digits took more than a minute."""
+    counted = list[Any]()
+
+    def count(formula: Any) -> Any:
+        counted.append(formula)
+        return formula
+
+    monkeypatch.setattr("sympy.simplify", count)
+    x, k = sp.Symbol("x"), sp.Symbol("k")
+    formula = (10**digits + 1) * sp.sin(x) ** 2 / (k * sp.cos(x) + 3) + k
+    assert sp.expand(switching._shorten(formula) - formula).equals(0)
+    assert len(counted) == calls
+
+
+def test_numbers_of_hundreds_of_digits_do_not_overflow() -> None:
+    x, k, large = sp.Symbol("x"), sp.Symbol("k"), sp.Integer(10) ** 400
+    formula = ((large + 1) * sp.sin(x) ** 2 + large) / (3 * large * k * sp.cos(x) + large + 7)
+    compute = sp.lambdify([x, k], switching._shorten(formula), "math")
+    expected = (math.sin(0.3) ** 2 + 1) / (6 * math.cos(0.3) + 1)
+    assert compute(0.3, 2.0) == pytest.approx(expected, rel=1e-14)

@@ -72,6 +72,10 @@ MOST_TURNED = 2
 MOST_SIMPLIFIED = 30
 """Operations of a formula up to which sympy's `simplify` is tried, whose time grows without end."""
 
+LARGEST_FACTORED = 10**50
+"""Largest number of a formula that is factored or simplified: products of decimals of 16 digits
+share nothing, and are sought through for minutes."""
+
 LONGEST_SYSTEM = 10_000
 """Most products of terms in the determinant of a mode that is solved in letters, by a bound: two
 rough corners of a block take 2,430, in a second; a crank whose slider touches by one 375,144."""
@@ -596,10 +600,8 @@ def _write_decimals(value: Any, *, everywhere: bool) -> Any:
     """Return a formula with its fractions as decimals, or those alone that no one would write."""
     from sympy import Float, Rational
 
-    fractions = [number for number in value.atoms(Rational) if not number.is_integer]
-    if not everywhere:
-        fractions = [number for number in fractions if number.q > LONGEST_FRACTION]
-    return value.xreplace({number: Float(number) for number in fractions})
+    longest = 1 if everywhere else LONGEST_FRACTION
+    return value.xreplace({n: Float(n) for n in value.atoms(Rational) if n.q > longest})
 
 
 def _is_singular(matrix: Any) -> bool:
@@ -626,7 +628,8 @@ def _shorten(value: Any) -> Any:
     if long:
         return factor_terms(above / below).xreplace(back)
     short = _factor(above / below)
-    if short.count_ops() > MOST_SIMPLIFIED or not short.has(sin, cos):
+    large = any(n.is_Rational and max(abs(n.p), n.q) > LARGEST_FACTORED for n in short.atoms())
+    if large or short.count_ops() > MOST_SIMPLIFIED or not short.has(sin, cos):
         return short.xreplace(back)
     simplified = _factor(simplify(short))
     shorter = 4 * simplified.count_ops() <= 3 * short.count_ops()
@@ -645,9 +648,14 @@ def _factor(product: Any, *, short: bool = False) -> Any:
         if polynomial is None or not (polynomial.domain.is_ZZ or polynomial.domain.is_QQ):
             factors.append((factor(power), 1))
             continue
-        denominator, polynomial = polynomial.clear_denoms(convert=True)
-        letters, *_ = ring(polynomial.gens, polynomial.domain)
-        content, parts = list_factors(letters.from_dict(polynomial.rep.to_dict()))
+        denominator, whole = polynomial.clear_denoms(convert=True)
+        if max(map(abs, whole.coeffs())) > LARGEST_FACTORED:
+            # with a first coefficient of 1, as numbers of 300 digits overflow
+            number *= polynomial.LC() ** exponent
+            factors.append((polynomial.monic().as_expr(), exponent))
+            continue
+        letters, *_ = ring(whole.gens, whole.domain)
+        content, parts = list_factors(letters.from_dict(whole.rep.to_dict()))
         number *= (content / denominator) ** exponent
         factors += [(part.as_expr(), times * exponent) for part, times in parts]
     rest = Integer(1)
