@@ -354,6 +354,24 @@ CLASSES = (
         )
     ),
     ("simple_pendulum", "equilibrium", "q = 0: stable, q = π: unstable"),
+    (
+        *("bead_on_hoop", "equilibrium"),
+        "(i) θ = 0 (ii) θ = π (iii) θ = ± arccos(g/(W²R))",
+    ),
+    ("simple_pendulum", "equation of motion", "eq1 := m*l^2*q'' + m*g*l*sin(q) = 0"),
+    # derivatives and their definitions
+    ("simple_pendulum", "equation of motion", "q_tt + (g/l) sin q = 0"),
+    (
+        *("cart_pole", "equation of motion"),
+        "(M+m) x_{tt} + m l (q_{tt} cos q - q_t^2 sin q) + c x_t = F; "
+        "l q_tt + x_tt cos q + g sin q = 0",
+    ),
+    ("cart_pole", "momentum of x", "∂L/∂x' = (M+m) x' + m l q' cos q"),
+    (
+        *("cart_pole", "momentum of x"),
+        r"\frac{\partial L}{\partial \dot x} = (M+m)\dot x + m l\dot q\cos q",
+    ),
+    ("cart_pole", "mass matrix", "m11 = M+m; m12 = m*l*cos(q); m22 = m*l^2"),
     # what stands around
     ("simple_pendulum", "equation of motion", "Newton's second law about O: l q'' = -g sin q"),
     ("simple_pendulum", "equation of motion", r"\sum M_O = J\ddot q:\quad -mg\sin q = ml\ddot q"),
@@ -387,6 +405,9 @@ def test_what_students_hand_in_is_read(system: str, ask: str, text: str) -> None
         ("simple_pendulum", "reaction", "T = m g cos q - m l q'^2", "wrong"),
         ("two_blocks", "equation of motion", f"{BLOCKS[0]}\n{BLOCKS[1]} (2)", "wrong"),
         ("two_blocks", "equation of motion", f"2. {BLOCKS[0]}\n3. {BLOCKS[1]}", "wrong"),
+        ("simple_pendulum", "equation of motion", "q_tt - (g/l) sin q = 0", "wrong"),
+        ("cart_pole", "momentum of x", "∂L/∂x' = (M+m) x'", "wrong"),
+        ("cart_pole", "mass matrix", "m11 = M; m12 = m*l*cos(q); m22 = m*l^2", "wrong"),
         ("rolling_disk", "reaction", "F = m g sin α", "wrong"),
         ("rolling_disk", "reaction", "F = -m g sin(alpha)/3", "wrong"),
         ("atwood_machine", "equation of motion", "a = (m1 - m2) g/(m1 + m2 + M)", "wrong"),

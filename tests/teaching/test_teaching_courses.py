@@ -30,6 +30,24 @@ needs_node = pytest.mark.skipif(shutil.which("node") is None, reason="needs Node
 
 SYSTEMS = ("rigid_bar_pendulum", "cart_pole", "elastic_pendulum", "crane", "bead_on_hoop")
 MORE = (
+    # what the package reads in a way of its own
+    ("rigid_bar_pendulum", "equation of motion", "q_tt + 3 g/(2 l) sin q = 0"),
+    (
+        "two_blocks",
+        "equation of motion",
+        "1. m1 q1'' = k2 (q2 - q1) - k1 q1\n2. m2 q2'' = F - k2 (q2 - q1)",
+    ),
+    (
+        "two_blocks",
+        "equation of motion",
+        "m1 q1'' = k2 (q2 - q1) - k1 q1 (1)\nm2 q2'' = F - k2 (q2 - q1) (2)",
+    ),
+    (
+        "base_excited_mass",
+        "equation of motion",
+        "m (u'' + x_base'') = -k u - c u', x_base = X sin(W t)",
+    ),
+    ("coupled_pendulums", "frequency", "ω0² = g/l; ω1 = ω0; ω2² = ω0² + 2 k a²/(m l²)"),
     ("rigid_bar_pendulum", "equation of motion", "q'' + 3 g/(2 l) q = 0"),
     ("rigid_bar_pendulum", "equation of motion", "0 = 0"),
     ("rigid_bar_pendulum", "equation of motion", "sin(q) (q'' + 3 g/(2 l) sin q) = 0"),

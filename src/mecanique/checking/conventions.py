@@ -39,6 +39,8 @@ class Prompt:
         """What decides how an answer is usually written."""
         if self.ask == "state space" or self.ask.startswith("transfer function"):
             return self.ask.partition(" of ")[0]
+        if self.quantity.velocity:
+            return "momentum"
         if (
             self.quantity.kind in ("up to a constant", "conserved")
             or self.quantity.name in ENERGIES
@@ -116,6 +118,9 @@ def _write_matrix_out(text: str, letters: KnownLetters, prompt: Prompt) -> _Writ
 _NUMBERED = re.compile(r"(?<![A-Za-z\\])\\?([^\W\d_]{1,20})_?\{?(\d)\}?(?![\w'])")
 """A letter with a number, as q_2."""
 
+_ITEM = re.compile(r"(?<![^\s,;])\((?:i{1,3}|iv|[a-d1-9])\)(?=\s)")
+"""What numbers positions in a row, as (i) … (ii) …."""
+
 
 def _write_positions_out(text: str, letters: KnownLetters, prompt: Prompt) -> _Written:
     """Write listed positions as equations; of a single coordinate q they may be q_1, q_2."""
@@ -125,9 +130,23 @@ def _write_positions_out(text: str, letters: KnownLetters, prompt: Prompt) -> _W
         known = key_of(match[1]) == key_of(names[0]) and letters.find(match[1] + match[2]) is None
         return names[0] if known else match[0]
 
+    text = _ITEM.sub("\n", text)
     if len(names) == 1:
         text = _NUMBERED.sub(drop_number, text)
     return _list_positions(text, names), letters
+
+
+_SLOPE = re.compile(
+    r"^[\s$]{0,3}(?:(?:∂|\\partial\s?)[LT]\s?/\s?(?:∂|\\partial)[^=\n]{1,24}"
+    r"|\\[dt]?frac\s?\{\s?\\partial\s?[LT]\s?\}\s?\{\s?\\partial[^=\n]{1,24}\})\s{0,3}=",
+    re.MULTILINE,
+)
+"""∂L/∂q' before what it is."""
+
+
+def _drop_slope(text: str, letters: KnownLetters, _: Prompt) -> _Written:
+    """Leave out the definition of a momentum."""
+    return _SLOPE.sub("", text), letters
 
 
 _PLUS_CONSTANT = re.compile(
@@ -243,7 +262,7 @@ def _name_accelerations(
     return letters, named
 
 
-_ENTRY = re.compile(r"\$?M_?\{?(?P<row>\d),?(?P<column>\d)\}?\s*&?=\s*")
+_ENTRY = re.compile(r"\$?[Mm]_?\{?(?P<row>\d),?(?P<column>\d)\}?\s*&?=\s*")
 """An entry of a mass matrix that is given by itself, as in M12 = …"""
 
 
@@ -340,6 +359,7 @@ _REWRITINGS: Mapping[str, tuple[_Rewriting, ...]] = {
     "matrix": (_drop_arguments, _write_matrix_out),
     "equilibrium": (_drop_arguments, _write_positions_out),
     "energy": (_drop_arguments, _drop_constant),
+    "momentum": (_drop_arguments, _drop_slope),
 }
 _NAMINGS: Mapping[str, _Naming] = {
     "motion": _name_vector,

@@ -337,7 +337,7 @@ _NUMBER_OF_BODY = re.compile(r" ?\d{1,2} ?(?=:)")
 """What numbers a word before a colon, as in block 2:."""
 
 _LABEL = re.compile(
-    r"[ \t]{0,9}(?:[*•·▪](?=\s)|(?:Eq|eq|Gl|Ec)\.? ?\(?\d{1,2}\)? ?:"
+    r"[ \t]{0,9}(?:[*•·▪](?=\s)|(?:Eq|eq|Gl|Ec)\.? ?\(?\d{1,2}\)? ?:=?"
     r"|(?:\\?[^\W\d_]{1,8}_?\d?|[ijkn] ?= ?\d{1,2}) ?:(?=[\s\\][^\n]*=))"
 )
 """What a line begins with where it is named, as q1: …, i = 2: … or Eq. 2: …."""
@@ -958,7 +958,8 @@ class Scanner:
             return self._put("FUNCTION", function, at, end)
         if "_" in word and not dots and (name := self._find_numbered(word.partition("_")[0])):
             return self._put("NAME", name, at, end)
-        pieces = self._split(word, dots)
+        # q_tt is no product with the time
+        pieces = None if word.endswith(("_t", "_tt")) else self._split(word, dots)
         if pieces is None and not dots and (rate := self._find_rate(word)):
             return self._put("NAME", rate, at, end)
         if pieces is None:
@@ -983,7 +984,10 @@ class Scanner:
         return asked[0] if len(asked) == 2 else None
 
     def _find_rate(self, word: str) -> str | None:
-        """Return the rate that a word such as dq or ddq denotes, if any."""
+        """Return the rate that a word such as dq, ddq or q_tt denotes, if any."""
+        letter, _, times = word.partition("_")
+        if times in ("t", "tt"):
+            word = f"{'d' * len(times)}{letter}"
         for prefix, primes in (("dd", "''"), ("d", "'")):
             stem = self.letters.find(word.removeprefix(prefix)) if word.startswith(prefix) else None
             if stem is not None and stem in self.letters.rates:

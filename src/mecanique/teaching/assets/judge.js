@@ -26,10 +26,11 @@ export function judge(question, text) {
     const statements = read(text, new Letters(question.letters, question.angles));
     const used = new Set();
     statements.forEach((sides) => sides.forEach((side) => collect(side, used)));
-    const kind = question.kind;
-    if (kind === "motion") return judgeMotion(question, statements, used, text);
-    if (kind === "several") return judgeSeveral(question, statements, used, text);
-    return judgeValue(question, statements, used, text);
+    const by = { motion: judgeMotion, several: judgeSeveral }[question.kind] ?? judgeValue;
+    const verdict = by(question, statements, used, text);
+    const bad = ["wrong", "incomplete"].includes(verdict.outcome);
+    const otherwise = bad && readOtherwise(question, statements, text);
+    return otherwise ? leave(`this page cannot read ${otherwise}`) : verdict;
   } catch (error) {
     if (!(error instanceof Unread)) throw error;
     return leave(`this page cannot read ${error.message}`);
@@ -137,6 +138,25 @@ function doubt(question, text) {
   if (/\/\d+[^\W\d_]/.test(text)) return "a denominator without brackets, as in 3g/2l";
   if (looksRounded(text)) return "numbers that may be rounded";
   return "";
+}
+
+/** What the package reads in a way of its own. */
+function readOtherwise(question, statements, text) {
+  if (/_\{?t{1,2}(?![A-Za-z0-9])/.test(text)) return "a derivative by a subscript";
+  if (/^\s{0,9}\(?(?:\d{1,2}|[a-z]|i{1,3})[.)]|\((?:\d{1,2}|[a-z])\)\s{0,9}$/m.test(text))
+    return "lines with numbers";
+  const letters = statements.map((sides) => {
+    const used = new Set();
+    sides.forEach((side) => collect(side, used));
+    return used;
+  });
+  const defines = statements.some(([left], k) => {
+    const { name } = left.op === "power" ? left.parts[0] : left;
+    if (!name || (question.accelerations ?? []).includes(name)) return false;
+    const forms = [name, `${name}'`, `${name}''`];
+    return letters.some((used, other) => other !== k && forms.some((form) => used.has(form)));
+  });
+  return defines ? "a definition" : "";
 }
 
 // --- equations of motion
