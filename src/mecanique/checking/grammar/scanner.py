@@ -839,8 +839,7 @@ class Scanner:
                     (line.start() + match.start(), line.start() + match.end())
                     for line, match in zip(lines, numbers, strict=True)
                 ]
-        for first, last in labels:
-            self._placed.blank(first, last)
+        self._set_aside(labels)
 
     def _set_remarks_aside(self) -> None:
         """Replace by spaces what a formula is about: Lagrange's equation, integers, decimals."""
@@ -860,12 +859,16 @@ class Scanner:
             for match in _APPROXIMATELY.finditer(self._plain, *line.span()):
                 if "=" in self._plain[line.start() : match.start()]:
                     remarks.append(match.span())
-        for first, last in sorted(remarks):
+        self._set_aside(remarks)
+        for match in _ALMOST_EQUAL.finditer(self._plain):
+            self._placed.blank(*match.span(), "=")
+
+    def _set_aside(self, spans: list[tuple[int, int]]) -> None:
+        """Replace parts of the text by spaces, and tell them."""
+        for first, last in sorted(spans):
             said = " ".join(self._quote(first, last).strip(" ,;").split())
             self.notes.append(f"set aside: '{said}'")
             self._placed.blank(first, last)
-        for match in _ALMOST_EQUAL.finditer(self._plain):
-            self._placed.blank(*match.span(), "=")
 
     def _set_prose_aside(self) -> None:
         """Replace words around formulas by spaces, or by a line end between two of them."""

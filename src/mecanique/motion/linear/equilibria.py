@@ -66,14 +66,27 @@ HOPELESS = 8
 MOST_STRUCK = 6
 """Stops and contacts whose modes are searched: 64 choices of what is closed."""
 
-BETWEEN, REACHED = 0.3, 1e-4
-"""Where between two positions of rest another is looked for, and how near it must be to there: no
-symmetry makes a third one there."""
+BETWEEN = 0.3
+"""Part of the way between two positions of rest where another is looked for: no symmetry makes a
+third one there."""
 
-NEXT, LOOKS, FAR, SAME_RANGE, SAME_END = 1e-4, 8, (10.0, 100.0), 1e-4, 1e-10
-"""Part of a span next to a position at which it rests if it may be changed at all, looks over the
-span and far beyond, the least range that is told, and the part of the span to which its ends are
-found."""
+REACHED = 1e-4
+"""How near such a position must be to there for rest to be everywhere between."""
+
+NEXT = 1e-4
+"""Part of a coordinate's span, beside a position, to where it may be changed if it may at all."""
+
+LOOKS = 8
+"""Places over the span at which an end of what friction holds is looked for."""
+
+FAR = (10.0, 100.0)
+"""Spans away from where it holds for good."""
+
+SAME_RANGE = 1e-4
+"""Narrowest range that is told: a narrower one is a position with the search's own error."""
+
+SAME_END = 1e-10
+"""Part of the span to which the ends of a range are bisected."""
 
 PATIENCE, GAIN = 6, 0.9
 """A start is given up after so many steps on loops that do not bring the forces down to this part

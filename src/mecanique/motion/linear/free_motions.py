@@ -11,14 +11,14 @@ from mecanique.arrays import Array
 from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Input
-from mecanique.motion.linear.held import HeldMode, HeldMotion
+from mecanique.motion.linear.held import HeldMode, ModeMotion
 from mecanique.motion.record.rates import Rates
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
     from mecanique.reference.loops.independent import Independent
 
-FreeMotion: TypeAlias = "Independent | HeldMotion | TreeMotion"
+FreeMotion: TypeAlias = "Independent | ModeMotion | TreeMotion"
 """What is free to move near a position."""
 
 
@@ -58,7 +58,7 @@ def free_near(
 ) -> FreeMotion:
     """Return the motion that constraints leave free near a position, or those of positions do."""
     if isinstance(reference, HeldMode):
-        return HeldMotion(reference, q, t)
+        return ModeMotion(reference, q, t)
     closed = reference.closed
     if closed is None:
         return TreeMotion(reference.mechanism, q)

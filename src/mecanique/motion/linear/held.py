@@ -142,7 +142,7 @@ class HeldMode:
 
 
 @final
-class HeldMotion:
+class ModeMotion:
     """The motion that a mode leaves free near a position, described as `Independent` does."""
 
     def __init__(self, held: HeldMode, q: Array, t: float) -> None:

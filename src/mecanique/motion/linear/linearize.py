@@ -49,9 +49,9 @@ def linearize(
 
     Without `at` an equilibrium is looked for by Newton's method from `near`, or from the neutral
     position; inputs that change with time are then zero. Where neither is given and the neutral
-    position leads nowhere, 20 random positions follow: of the equilibria found a stable one is
-    chosen if there is any, and of these the one with the least potential energy. `chosen` says
-    which it is; `equilibria` gives them all.
+    position leads nowhere, or its loops are singular, 20 random positions follow: of the
+    equilibria found a stable one is chosen if there is any, and of these the one with the least
+    potential energy. `chosen` says which it is; `equilibria` gives them all.
 
     Args:
         mechanism: what moves.
@@ -94,11 +94,14 @@ def linearize(
         t, v, at = float(at.t), at.v, at.q
     if at is not None:
         return linearize_about(reference, at, v, t, described=described)
+    singular = False
     if reference.closed is not None:
         from mecanique.reference.loops.freedom import refuse_locked
 
-        refuse_locked(reference.closed, t)
-    q = equilibrium_near(reference, mechanism.position(near), t)
+        singular = refuse_locked(reference.closed, t)
+    # from a change point it is rounding that decides into which branch Newton's method goes
+    lost = singular and near is None
+    q = None if lost else equilibrium_near(reference, mechanism.position(near), t)
     place = "the neutral position" if near is None else "the start given"
     if q is None and near is not None:
         raise InputError(_no_equilibrium(mechanism, place))

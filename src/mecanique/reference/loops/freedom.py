@@ -203,10 +203,14 @@ def generic_rank(closed: Closed, q: Array, t: float) -> int:
     return freedom.rank
 
 
-def refuse_locked(closed: Closed, t: float) -> None:
-    """Refuse a mechanism whose loops lock it in a singular position, or cannot be closed."""
+def refuse_locked(closed: Closed, t: float) -> bool:
+    """Refuse a mechanism whose loops lock it or cannot be closed; say if it begins singular.
+
+    It begins where its loops are closed next to the neutral position.
+    """
     neutral, none_held = closed.mechanism.neutral(), np.zeros(closed.mechanism.nv, dtype=bool)
-    generic_rank(closed, position_near(closed, None, neutral, t, none_held), t)
+    q = position_near(closed, None, neutral, t, none_held)
+    return _split(_scale(closed, q, t)).rank < generic_rank(closed, q, t)
 
 
 def _count_heavy(mechanism: Mechanism) -> tuple[int, bool]:
