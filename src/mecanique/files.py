@@ -70,11 +70,7 @@ def write_text(path: str | os.PathLike[str], text: str) -> Path:
 
 
 def as_bytes(content: str | bytes) -> bytes:
-    """Return what is written to a file.
-
-    Args:
-        content: text, or bytes as they are.
-    """
+    """Return what is written to a file."""
     return content.encode() if isinstance(content, str) else content
 
 

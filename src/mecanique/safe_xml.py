@@ -88,11 +88,7 @@ class Reader:
         return self._parser.CurrentByteIndex
 
     def read(self, raw: bytes) -> None:
-        """Read a whole text.
-
-        Raises:
-            XmlRefusedError: if it is not well-formed, too large or declares entities.
-        """
+        """Read a whole text."""
         try:
             self._parser.Parse(raw, True)
         except expat.ExpatError as error:
@@ -123,15 +119,7 @@ class Reader:
 
 
 def tree_of(data: bytes | str, *, most_depth: int = MOST_DEPTH) -> ElementTree.Element:
-    """Return the root of an XML text; the tags are without their namespaces.
-
-    Args:
-        data: the text; bytes carry their own encoding, UTF-8 by default.
-        most_depth: deepest nesting that is read.
-
-    Raises:
-        XmlRefusedError: if it is not well-formed, too large or declares entities.
-    """
+    """Return the root of an XML text; the tags are without their namespaces."""
     target = _WithoutNamespaces()
     encoding = "UTF-8" if isinstance(data, str) else None
     reader = Reader(target, encoding=encoding, most_depth=most_depth, separator="}")

@@ -83,13 +83,7 @@ def to_title(name: str) -> str:
 
 
 def say_count(count: int, noun: str, plural: str = "") -> str:
-    """Return a count with its noun: "1 state", "2 states", "3 bodies".
-
-    Args:
-        count: how many.
-        noun: what is counted, one of it.
-        plural: several of it; with an s by default.
-    """
+    """Return a count with its noun: "1 state", "2 states", "3 bodies"."""
     return f"{count} {noun if count == 1 else plural or f'{noun}s'}"
 
 
@@ -99,12 +93,7 @@ def enumerate_words(words: Sequence[str]) -> str:
 
 
 def write_table(caption: str, rows: Sequence[Sequence[str]]) -> str:
-    """Return a table in HTML, for notebooks.
-
-    Args:
-        caption: what it shows.
-        rows: cells of plain text; the first row is the head.
-    """
+    """Return a table in HTML, for notebooks."""
     from html import escape
 
     lines = []

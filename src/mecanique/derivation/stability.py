@@ -39,15 +39,7 @@ def find_borders(
     values: Mapping[str, float],
     unit: str,
 ) -> Ending:
-    """Return the speeds at which stability changes, in letters where they are short.
-
-    Args:
-        rows: the factors of the deviations in their equations, with the exponent for a rate.
-        exponent: name of the exponent.
-        speed: name of the speed.
-        values: of all other letters.
-        unit: of the speed, behind its meaning.
-    """
+    """Return the speeds at which stability changes, in letters where they are short."""
     ring = rows[0][0].ring
     powers = determinant(ring, rows).coefficients([exponent])
     a = {n: coefficient for (n,), coefficient in powers.items() if coefficient}

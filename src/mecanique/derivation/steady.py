@@ -161,18 +161,7 @@ class SteadyLetters:
 def steady_letters(
     mechanism: Mechanism, at: Mapping[str, float], v: Mapping[str, float], names: Sequence[str]
 ) -> SteadyLetters:
-    """Return M, C and K of some coordinates about a steady motion, in letters.
-
-    Args:
-        mechanism: what moves.
-        at: positions that are not zero; what loops and wheels on the ground ask for follows.
-        v: velocities at speed 1, by name; those left out follow, or are zero.
-        names: of the coordinates.
-
-    Raises:
-        DerivationError: if the motion is not steady for all values of the parameters, others move
-            with these coordinates, or the entries are no such polynomials of the speed.
-    """
+    """Return M, C and K of some coordinates about a steady motion, in letters."""
     motion = _Motion(mechanism, at, v, names)
     M, damping, stiffness = motion.matrices()
     C, K = motion.split(damping, 1), motion.split(stiffness, 2)

@@ -46,11 +46,7 @@ def list_program(
     names: Mapping[int, str] | None = None,
     fresh: str = "x",
 ) -> Listing:
-    """Write a program as text; a result that is used once is written where it is used.
-
-    Raises:
-        DerivationError: if the language lacks a function.
-    """
+    """Write a program as text; a result that is used once is written where it is used."""
     needed = tape.find_needed(outputs)
     uses = dict.fromkeys(needed, 0)
     for value in [*(v for place in needed for v in tape.operations[place][1]), *outputs]:

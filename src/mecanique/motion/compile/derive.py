@@ -168,9 +168,6 @@ def motion_of(mechanism: Mechanism, forces: str = "") -> RatesProgram:
     """Return the rates of a state by recursion as a program, then forces.
 
     These are force and moment of "reactions", "multipliers", or "guides", the guiding elements'.
-
-    Raises:
-        DerivationError: if it is too long, or elements and contacts share the reactions.
     """
     letters = Letters(mechanism, most=MOST)
     tree = Tree(letters)

@@ -72,11 +72,7 @@ class HeldMode:
         return terms, [k for k in rows if self._corners.rows.positional[k] or not gaps]
 
     def close(self, q: Array, t: float, fixed: int | None = None) -> Array:
-        """Return the position next to q where what is closed touches; one velocity may be fixed.
-
-        Raises:
-            ClosureError: if none is near.
-        """
+        """Return the position next to q where what is closed touches; one velocity may be fixed."""
         q = self.rates.normalize(np.array(q, dtype=float))
         moving = [k for k in range(self.mechanism.nv) if k != fixed]
         for _ in range(CLOSINGS):

@@ -239,11 +239,7 @@ def _fit(arrays: dict[str, np.ndarray], m: Mechanism, events: int) -> bool:
 
 
 def read_arrays(path: str | PathLike[str]) -> dict[str, np.ndarray]:
-    """Return the arrays of an npz file; refuse one that unpacks to far more than its size.
-
-    Raises:
-        InputError: if the file cannot be opened; anything else if it is damaged.
-    """
+    """Return the arrays of an npz file; refuse one that unpacks to far more than its size."""
     try:
         # NumPy leaves a file that it opened itself open if it is damaged
         with open(path, "rb") as file:

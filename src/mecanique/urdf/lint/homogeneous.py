@@ -266,14 +266,7 @@ class Inertias(Legible):
         return json.dumps({"links": rows, "unknown": list(self.unknown)}, indent=2)
 
     def write(self, links: Collection[str] = ()) -> str:
-        """Return the file's text with the homogeneous bodies' masses and inertias.
-
-        Args:
-            links: names of the links to change; all whose shape is known, by default.
-
-        Raises:
-            UnknownNameError: if there is no such link with a known shape.
-        """
+        """Return the file's text with the homogeneous bodies' masses and inertias."""
         known = {link.name: link for link in self.links}
         for name in links:
             if name not in known:
