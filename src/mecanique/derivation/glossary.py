@@ -42,7 +42,21 @@ UNIT_AT_END = re.compile(r"\[([^\]]*)\]$")
 
 def find_units(derivation: Derivation, equation: Equation) -> tuple[Dimension | None, ...]:
     """Return the dimension of each term; None where a plain number stands for a quantity."""
-    dimensions = _collect_dimensions(derivation)
+    # the mechanism's own letters, then a, roots and multipliers
+    algebra = derivation.algebra
+    stated = dimensions_of(algebra.mechanism)
+    known = {**stated.states, **stated.declared}
+    for velocity in algebra.velocities:
+        if velocity in known:
+            known[f"{velocity}'"] = divide(known[velocity], read_unit("s"))
+    for name, sentence in derivation.unknowns.items():
+        if unit := UNIT_AT_END.search(sentence):
+            known[name] = read_unit(unit[1])
+    for index, atom in algebra.ring.atoms.items():
+        its = Dimensions(known, {}).of(to_sympy(atom.argument))
+        if atom.named and atom.function == "sqrt" and its is not None:
+            known[algebra.ring.generators[index].name] = tuple(Fraction(x) / 2 for x in its)
+    dimensions = Dimensions(known, {})
     units: list[Dimension | None] = []
     for term in (*equation.left.terms, *equation.right.terms):
         try:
@@ -57,24 +71,6 @@ def unit_of(derivation: Derivation, equation: Equation) -> str:
     # They differ where plain numbers stand for quantities with a unit
     known = [its for its in find_units(derivation, equation) if its is not None]
     return say_unit(Counter(known).most_common(1)[0][0]) if known else ""
-
-
-def _collect_dimensions(derivation: Derivation) -> Dimensions:
-    """Return the dimensions of all letters: the mechanism's own, a, roots and multipliers."""
-    algebra = derivation.algebra
-    stated = dimensions_of(algebra.mechanism)
-    known = {**stated.states, **stated.declared}
-    for velocity in algebra.velocities:
-        if velocity in known:
-            known[f"{velocity}'"] = divide(known[velocity], read_unit("s"))
-    for name, sentence in derivation.unknowns.items():
-        if unit := UNIT_AT_END.search(sentence):
-            known[name] = read_unit(unit[1])
-    for index, atom in algebra.ring.atoms.items():
-        its = Dimensions(known, {}).of(to_sympy(atom.argument))
-        if atom.named and atom.function == "sqrt" and its is not None:
-            known[algebra.ring.generators[index].name] = tuple(Fraction(x) / 2 for x in its)
-    return Dimensions(known, {})
 
 
 _FOUND = {

@@ -553,7 +553,11 @@ def _arm(setting: Setting, angle: _Angle, axis: Floats) -> Floats:
         arms = local @ before[:3, :3].T
         arms = arms - (arms @ axis)[:, None] * axis
         # the middle of a broad body, the far end of a long one
-        far = _farthest(setting, arms)
+        # of arms that differ by rounding alone, the rightmost on the paper
+        lengths = np.linalg.norm(arms, axis=1)
+        longest = arms[lengths >= (1 - 1e-9) * lengths.max()]
+        places = np.round(setting.camera.at(longest), 6)
+        far = np.asarray(longest[np.lexsort((places[:, 1], places[:, 0]))[-1]])
         mean = arms.mean(axis=0)
         arm: Floats = mean if np.linalg.norm(mean) > 0.3 * np.linalg.norm(far) else far
         if np.linalg.norm(arm) > 1e-6:
@@ -561,14 +565,6 @@ def _arm(setting: Setting, angle: _Angle, axis: Floats) -> Floats:
     side = before[:3, 0] - (before[:3, 0] @ axis) * axis
     across_axis = side if np.linalg.norm(side) > 0.1 else before[:3, 1]
     return unit3(across_axis) * 30.0 / setting.camera.scale
-
-
-def _farthest(setting: Setting, arms: Floats) -> Floats:
-    """The longest arm; of those that differ by rounding alone, the rightmost on the paper."""
-    lengths = np.linalg.norm(arms, axis=1)
-    longest = arms[lengths >= (1 - 1e-9) * lengths.max()]
-    places = np.round(setting.camera.at(longest), 6)
-    return np.asarray(longest[np.lexsort((places[:, 1], places[:, 0]))[-1]])
 
 
 def _span(setting: Setting, body: str) -> Floats:

@@ -89,7 +89,14 @@ def supports(setting: Setting) -> Iterator[Mark]:
     for joint in setting.mechanism.joints:
         leader = _find_leader(setting, joint)
         if leader:
-            yield _curve(setting, joint.child, leader)
+            k = setting.mechanism.coordinates.index(leader)
+            reach = 1.2 * max(abs(float(setting.q[k])), CURVE_LEAST / setting.camera.scale)
+            places = np.tile(setting.q, (CURVE_POINTS, 1))
+            places[:, k] = np.linspace(-reach, reach, CURVE_POINTS)
+            poses = (
+                setting.reference.poses(q, setting.t)[setting.index(joint.child)] for q in places
+            )
+            yield Stroke(setting.camera.at([pose[:3, 3] for pose in poses]), "ground")
     for element in setting.switching:
         if isinstance(element, Stop):
             yield from _stop(setting, element)
@@ -221,16 +228,6 @@ def _find_leader(setting: Setting, joint: Joint) -> str:
             before |= {*earlier.coordinates} if isinstance(earlier, Prismatic) else set()
     moving = symbols_in(law) - {*mechanism.values}
     return next(iter(leaders)) if len(moving) == 1 and leaders <= before and leaders else ""
-
-
-def _curve(setting: Setting, body: str, leader: str) -> Mark:
-    """The curve on which a body is led, on both sides of where it is."""
-    k = setting.mechanism.coordinates.index(leader)
-    reach = 1.2 * max(abs(float(setting.q[k])), CURVE_LEAST / setting.camera.scale)
-    places = np.tile(setting.q, (CURVE_POINTS, 1))
-    places[:, k] = np.linspace(-reach, reach, CURVE_POINTS)
-    poses = (setting.reference.poses(q, setting.t)[setting.index(body)] for q in places)
-    return Stroke(setting.camera.at([pose[:3, 3] for pose in poses]), "ground")
 
 
 def _planes(setting: Setting) -> Iterator[Mark]:

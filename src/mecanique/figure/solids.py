@@ -70,7 +70,13 @@ def side_of(mechanism: Mechanism, poses: Floats) -> Floats:
     """Return the axes of the best view of a mechanism: front or top if it is planar."""
     for view in (FRONT, TOP):
         if moves_parallel(mechanism, poses, view[2]):
-            return _upright(mechanism, view)
+            # turned until gravity points down on paper, as beside an incline
+            up = -np.array(mechanism.evaluate_all(mechanism.gravity))
+            size = float(np.linalg.norm(up))
+            if not size or abs(up @ view[2]) > 1e-9 * size or abs(up @ view[0]) < 1e-9 * size:
+                return view
+            up = up / size
+            return np.array([np.cross(up, view[2]), up, view[2]])
     return ISOMETRIC
 
 
@@ -105,16 +111,6 @@ def cord_stretches(
     actions = reference.guide_actions(q, v, t) if names else ()
     ends = [action.point for action in actions if action.name in names]
     yield from zip(ends[::2], ends[1::2], strict=True)
-
-
-def _upright(mechanism: Mechanism, view: Floats) -> Floats:
-    """Return a flat view turned until gravity points down on paper, as beside an incline."""
-    up = -np.array(mechanism.evaluate_all(mechanism.gravity))
-    size = float(np.linalg.norm(up))
-    if not size or abs(up @ view[2]) > 1e-9 * size or abs(up @ view[0]) < 1e-9 * size:
-        return view
-    up = up / size
-    return np.array([np.cross(up, view[2]), up, view[2]])
 
 
 SLENDER = 6.0
@@ -280,7 +276,13 @@ def outline(solid: Outline, camera: Camera) -> Iterator[Mark]:
     elif solid.form == "solid cone":
         yield from _cone(solid, camera)
     elif solid.form == "thin ring" and not camera.flat:
-        yield from _ring(solid, camera)
+        # its width is a tenth of its radius
+        edge = solid.corners[: len(solid.corners) // 2]
+        middle = edge.mean(axis=0)
+        inner = middle + RING * (edge - middle)
+        outer = np.concatenate([edge, edge[:1]])
+        for loop in (outer, np.concatenate([inner, inner[:1]])):
+            yield Stroke(camera.at(loop), "spring")
     elif solid.kind == "rod":
         yield from _bar(solid, camera)
     elif solid.contour is None or solid.hollow:
@@ -337,16 +339,6 @@ def _cone(solid: Outline, camera: Camera) -> Iterator[Mark]:
     side = across(unit(base.mean(axis=0) - camera.at(apex)))
     for k in (int(np.argmax(base @ side)), int(np.argmin(base @ side))):
         yield Stroke(np.stack([camera.at(apex), base[k]]), "dashed")
-
-
-def _ring(solid: Outline, camera: Camera) -> Iterator[Mark]:
-    """A ring, its width a tenth of its radius."""
-    edge = solid.corners[: len(solid.corners) // 2]
-    middle = edge.mean(axis=0)
-    inner = middle + RING * (edge - middle)
-    outer = np.concatenate([edge, edge[:1]])
-    for loop in (outer, np.concatenate([inner, inner[:1]])):
-        yield Stroke(camera.at(loop), "spring")
 
 
 def _box(solid: Outline, camera: Camera) -> Iterator[Mark]:

@@ -189,7 +189,18 @@ def build_modes(
     letters = Letters(close_contacts(mechanism), known)
     # the equations of modes are derived of contacts that slip along x alone
     equations = SwitchingEquations(mechanism, letters, idle=lambda name: name.endswith(": y"))
-    answers = [_write_elements(equations)]
+    terms, values, words = equations.terms, list[Any](), list[str]()
+    for element, inside in zip(equations.elements, terms.inside, strict=True):
+        for row in element.rows:
+            values += [terms.gaps[row]] if row == element.normal else []
+            values.append(terms.rates[row])
+            pressing = (f"gap of {element.name}", "its rate")
+            words += pressing if row == element.normal else [f"slip of {element.name}"]
+        if element.length is not None:
+            values.append(inside)
+            words.append(f"how far {element.name} is inside the ends of its side")
+    quantity = Output("elements", "s", ("t", "q", "v"), ", ".join(words))
+    answers = [Answer(quantity, tuple(values_of(values)), (len(values),))]
     written = [mode for mode in modes.modes if mode.accelerations or mode.unsolved]
     answers += [_write_mode(mechanism, equations, mode) for mode in written]
     answers += _write_impacts(equations)
@@ -220,21 +231,6 @@ def _list_corners(mechanism: Mechanism, equations: SwitchingEquations) -> Switch
             if element.struck
         },
     )
-
-
-def _write_elements(equations: SwitchingEquations) -> Answer:
-    terms, values, words = equations.terms, list[Any](), list[str]()
-    for element, inside in zip(equations.elements, terms.inside, strict=True):
-        for row in element.rows:
-            values += [terms.gaps[row]] if row == element.normal else []
-            values.append(terms.rates[row])
-            pressing = (f"gap of {element.name}", "its rate")
-            words += pressing if row == element.normal else [f"slip of {element.name}"]
-        if element.length is not None:
-            values.append(inside)
-            words.append(f"how far {element.name} is inside the ends of its side")
-    quantity = Output("elements", "s", ("t", "q", "v"), ", ".join(words))
-    return Answer(quantity, tuple(values_of(values)), (len(values),))
 
 
 def _write_mode(mechanism: Mechanism, equations: SwitchingEquations, mode: ModeEquations) -> Answer:

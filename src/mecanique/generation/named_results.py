@@ -543,7 +543,9 @@ class _Holds:
         self.multipliers: list[str] = []
         """The names of the multipliers, one for each row; none with virtual work."""
         if method != "virtual_work":
-            self.multipliers = [f"lambda_{spell(_join(row))}" for row in self._loops.names]
+            self.multipliers = [
+                f"lambda_{spell(row.replace(': ', '_'))}" for row in self._loops.names
+            ]
         self.wrenches = [*self._act(recursion)]
         """The forces of contacts on links, for Newton and Euler's equations."""
 
@@ -616,8 +618,3 @@ class _Holds:
                 force = apply_transpose(turn, scale(sign, demand.direction))
                 reach = apply_transpose(turn, arm)
                 yield LinkWrench(place, scale(size, force), scale(size, cross(reach, force)))
-
-
-def _join(row: str) -> str:
-    """Join a row's name into one word."""
-    return row.replace(": ", "_")

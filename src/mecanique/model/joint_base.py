@@ -264,13 +264,6 @@ class Several(BaseJoint):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._name_coordinates()
-
-    def renamed(self: _N, names: tuple[str, ...]) -> _N:
-        """Return the joint with other names for its coordinates."""
-        return replace(self, names=names)
-
-    def _name_coordinates(self) -> None:
         given = self.names if isinstance(self.names, (tuple, list)) else (self.names,)
         names = tuple(given) or tuple(f"{self.name}_{suffix}" for suffix in self._suffixes)
         if len(names) != len(self._suffixes) or not all(isinstance(name, str) for name in names):
@@ -280,6 +273,10 @@ class Several(BaseJoint):
                 f"got {names!r}"
             )
         object.__setattr__(self, "names", names)
+
+    def renamed(self: _N, names: tuple[str, ...]) -> _N:
+        """Return the joint with other names for its coordinates."""
+        return replace(self, names=names)
 
 
 def set_axis(joint: BaseJoint, axis: Vector) -> None:

@@ -249,16 +249,12 @@ def _factor(tokens: list[str], unit: str) -> tuple[Dimension, list[str]]:
         raise _unreadable(unit, name)
     if rest and rest[0] in ("^", "**"):
         rest = rest[1:]
-        if not rest or not _is_number(rest[0]):
+        if not rest or not rest[0].lstrip("+-").isdecimal():
             raise _unreadable(unit)
     elif not (rest and rest[0][0] in "⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹"):
         return its, rest
     exponent = int(rest[0].translate(_RAISED))
     return tuple(x * exponent for x in its), rest[1:]
-
-
-def _is_number(token: str) -> bool:
-    return token.lstrip("+-").isdecimal()
 
 
 def _unreadable(unit: str, name: str = "") -> InputError:

@@ -60,7 +60,10 @@ def on_turning_earth(
     if facing not in _AXES:
         raise InputError(f"expected facing among {', '.join(_AXES)}, got {facing!r}")
     along_x, along_y = (north * float(np.cos(latitude)) for north in _AXES[facing])
-    names = _names_in(mechanism)
+    things = (*mechanism.bodies, *mechanism.joints, *mechanism.forces)
+    letters = (*mechanism.coordinates, *mechanism.coordinates.driven, *mechanism.values)
+    signals = (signal.symbol for signal in mechanism.inputs)
+    names = {*(thing.name for thing in things), *letters, *signals, "world"}
     stars, earth, place = (_free(name, names) for name in ("stars", "earth_turn", "place"))
     axis = (along_x, along_y, float(np.sin(latitude)))
     weights = []
@@ -91,14 +94,6 @@ def on_turning_earth(
         gravity=(0.0, 0.0, 0.0),
         ground=stars,
     )
-
-
-def _names_in(mechanism: Mechanism) -> set[str]:
-    """The names that are taken."""
-    things = (*mechanism.bodies, *mechanism.joints, *mechanism.forces)
-    letters = (*mechanism.coordinates, *mechanism.coordinates.driven, *mechanism.values)
-    signals = (signal.symbol for signal in mechanism.inputs)
-    return {*(thing.name for thing in things), *letters, *signals, "world"}
 
 
 def _free(name: str, taken: set[str]) -> str:

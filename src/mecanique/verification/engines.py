@@ -102,16 +102,7 @@ def read_text_by(
     states: int,
     passive: Sequence[AnyForce] | None,
 ) -> tuple[EngineReading, ...]:
-    """Compare what engines read from a text with what mecanique read from it.
-
-    Args:
-        mechanism: what mecanique read.
-        origin: what the engines read.
-        engines: their names.
-        seed: of the random states.
-        states: number of them.
-        passive: the springs and dampers that engines compute; None if they are not compared.
-    """
+    """Compare what engines read from a text with what mecanique read from it."""
     return _compare_all(mechanism, origin, _choose(engines), seed, states, passive)
 
 

@@ -54,7 +54,10 @@ def is_possible(
             possible &= np.isfinite(values[name])
         for force in mechanism.forces:
             if isinstance(force, LineLoad):
-                possible &= _has_length(_span(mechanism, force, values, len(states.t)))
+                length = np.linalg.norm(_span(mechanism, force, values, len(states.t)), axis=1)
+                known = length[np.isfinite(length)]
+                long_enough: Flags = length > _NEAR * (median(known) if len(known) else 0.0)
+                possible &= long_enough
         for assumption in assumptions:
             possible &= evaluate(assumption.positive, values) > 0
     return possible & _is_regular(mechanism, states, possible)
@@ -96,13 +99,6 @@ def _span(mechanism: Mechanism, force: LineLoad, values: dict[str, Any], n: int)
             np.stack([np.broadcast_to(np.asarray(c, dtype=float), (n,)) for c in here], axis=-1)
         )
     return np.asarray(ends[1] - ends[0])
-
-
-def _has_length(span: Array) -> Flags:
-    length = np.linalg.norm(span, axis=1)
-    known = length[np.isfinite(length)]
-    long_enough: Flags = length > _NEAR * (median(known) if len(known) else 0.0)
-    return long_enough
 
 
 _RANK = 1e-9

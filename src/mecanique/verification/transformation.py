@@ -95,7 +95,12 @@ def compare_coordinates(
             f"the map of {first.name!r} has no finite value at some states of {second.name!r}"
         )
     transformed = _transform(first, motion, states)
-    expected = _equations(second, states)
+    equations, (q, v, t) = derive(second), (states.q, states.v, states.t)
+    expected = {
+        "mass matrix": equations.mass_matrix(q, t),
+        "bias": equations.bias(q, v, t) - equations.forces(q, v, t),
+        "acceleration": equations.acceleration(q, v, t),
+    }
     mass = moving_mass(second)
     worst = {}
     for quantity, values in transformed.items():
@@ -172,12 +177,3 @@ def _transform(first: Mechanism, motion: _Motion, states: States) -> dict[str, A
     bias = np.einsum("nki,nk->ni", J, rest)
     acceleration = np.linalg.solve(mass, -bias[..., None])[..., 0]
     return {"mass matrix": mass, "bias": bias, "acceleration": acceleration}
-
-
-def _equations(second: Mechanism, states: States) -> dict[str, Array]:
-    equations, (q, v, t) = derive(second), (states.q, states.v, states.t)
-    return {
-        "mass matrix": equations.mass_matrix(q, t),
-        "bias": equations.bias(q, v, t) - equations.forces(q, v, t),
-        "acceleration": equations.acceleration(q, v, t),
-    }

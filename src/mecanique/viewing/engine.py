@@ -32,7 +32,7 @@ from mecanique.generation.targets.javascript import JavaScript
 from mecanique.generation.targets.javascript import functions as write_functions
 from mecanique.generation.targets.python import Python
 from mecanique.generation.verdict import CodeVerdict, cases_of, judge
-from mecanique.model.bodies.visuals import Mesh, Visual, measure
+from mecanique.model.bodies.visuals import Mesh, measure
 from mecanique.model.expression import Scalar, symbols_in
 from mecanique.model.expression import evaluate as evaluate_scalar
 from mecanique.model.force_base import End
@@ -528,19 +528,15 @@ class Maker:
         for k, body in enumerate(self._mechanism.bodies):
             solids = [v for v in drawn[body.name] if not isinstance(v.geometry, Mesh)]
             for j, visual in enumerate(solids):
-                entries = self._shape(visual)
+                number = self._number
+                place: Placement = visual.placement
+                rows = zip(place.rotation, place.xyz, strict=True)
+                pose = [number(entry) for row, offset in rows for entry in (*row, offset)]
+                entries = [*map(number, measure(visual.geometry)[1]), *pose]
                 if any(isinstance(value_of(entry), int) for entry in entries):
                     sizes = self._mechanism.evaluate_all(measure(visual.geometry)[1])
                     size = tuple(map(float, sizes))
                     yield Resized(k, j, size), entries
-
-    def _shape(self, visual: Visual) -> list[Any]:
-        """A shape's size, then its place row by row."""
-        number = self._number
-        place: Placement = visual.placement
-        rows = zip(place.rotation, place.xyz, strict=True)
-        pose = [number(entry) for row, offset in rows for entry in (*row, offset)]
-        return [*map(number, measure(visual.geometry)[1]), *pose]
 
     def _power(self) -> Any:
         mechanism, letters, tape = self._mechanism, self._letters, self._letters.tape

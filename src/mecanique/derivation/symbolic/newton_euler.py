@@ -113,7 +113,16 @@ class NewtonEuler:
         forces = [Result(a, b) for a, b in pairs if a or b]
         pairs = zip(push.moment, acting.moment, strict=True)
         moments = [Result(a, b) for a, b in pairs if a or b]
-        acting_on = self._list_acting(cut)
+        every = [child for child in self.balances.bodies if self.balances.transmits(child)]
+        hung = [child for child in every if self.balances.holder(child) == cut.body]
+        held = [self._name_total(cut)] if self.balances.transmits(cut) else []
+        acting_on = [
+            *held,
+            *(["its weight"] if any(cut.weight.force) else []),
+            *dict.fromkeys(action.name for action in cut.applied),
+            *self.balances.guiding.acting_on(cut),
+            *(f"the opposite of {self._name_total(child)}" for child in hung),
+        ]
         if not (cut.inert or forces or acting_on):  # it only leads others
             return
         what = enumerate_words(acting_on) if acting_on else "nothing"
@@ -144,19 +153,6 @@ class NewtonEuler:
             return []
         name = f"Omega_{whose.rpartition(' ')[2]}"
         return [*list_components(name, axes.turn_labels, along(rows, turning))]
-
-    def _list_acting(self, cut: Cut) -> list[str]:
-        """List in words the forces that act on a body."""
-        every = [child for child in self.balances.bodies if self.balances.transmits(child)]
-        hung = [child for child in every if self.balances.holder(child) == cut.body]
-        held = [self._name_total(cut)] if self.balances.transmits(cut) else []
-        return [
-            *held,
-            *(["its weight"] if any(cut.weight.force) else []),
-            *dict.fromkeys(action.name for action in cut.applied),
-            *self.balances.guiding.acting_on(cut),
-            *(f"the opposite of {self._name_total(child)}" for child in hung),
-        ]
 
     def _name_total(self, cut: Cut) -> str:
         """Name what acts across the joint of a body: a reaction, or a total with guides."""

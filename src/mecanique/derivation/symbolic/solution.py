@@ -277,7 +277,12 @@ class _Solving:
                 return {}
             c = [Quotient(ring[names[k]], one) for k in self.kept]
         weighed = [self._weigh(column) for column in (*moved, fixed)]
-        shared = self._find_shared()
+        # redundancy leaves the forces of these undetermined
+        met = {row for row, _ in self.allowed.pulls}
+        shared = set[int]()
+        for row in set(range(len(self.A))) - met:
+            pairs = zip(self._weigh(self.A[row]), self.turn[row], strict=True)
+            shared |= {k for k, (own, other) in enumerate(pairs) if not (own - other).vanishes()}
         weights = zip(*weighed, strict=True)
         return self._shorten(
             (name_of(tie.multiplier), _combine(rest, factors, c))
@@ -298,15 +303,6 @@ class _Solving:
         """Return the multipliers of the ties that balance forces."""
         weights = self.allowed.weigh(self.ring, self.A, forces)
         return project(weights, [*zip(*self.turn, strict=True)])
-
-    def _find_shared(self) -> set[int]:
-        """Return the ties whose forces redundancy leaves undetermined."""
-        met = {row for row, _ in self.allowed.pulls}
-        shared = set[int]()
-        for row in set(range(len(self.A))) - met:
-            pairs = zip(self._weigh(self.A[row]), self.turn[row], strict=True)
-            shared |= {k for k, (own, other) in enumerate(pairs) if not (own - other).vanishes()}
-        return shared
 
 
 def _turn(name: str, x: Quotient, y: Quotient) -> Sequence[Equation]:

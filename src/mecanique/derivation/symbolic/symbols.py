@@ -74,11 +74,7 @@ class Algebra:
         values["t"] = ring.time
         self.values: dict[str, Any] = joint_values(mechanism, values, self.arithmetic)
         """Each parameter, input, generalized or joint coordinate, velocity and t, by name."""
-        self._share_angles()
-        self._name_angles()
-
-    def _share_angles(self) -> None:
-        """Adjoin the angles that joints turn by multiples of: q/20 for joints at 0.3 q and q/4."""
+        # joints turn by multiples of an angle: of q/20 for joints at 0.3 q and q/4
         units: dict[int, int] = {}
         for link in links(self.mechanism):
             angle = self.values.get(link.coordinates[0]) if link.kind == "turn" else None
@@ -88,6 +84,7 @@ class Algebra:
         for monomial, unit in units.items():
             if monomial and 1 < unit <= REACH:
                 self.ring.angle(monomial, Fraction(1, unit))
+        self._name_angles()
 
     def _name_angles(self) -> None:
         """Name joint angles that swing, such as B cos(W t), so that they have sine and cosine."""

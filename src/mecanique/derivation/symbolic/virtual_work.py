@@ -587,7 +587,14 @@ class VirtualWork:
 
     def work_of_reaction(self, cut: Cut) -> Series:
         """Return the virtual work of a joint's reaction together with its opposite."""
-        return tidy(self.balances.symbols[cut.body].power(self._against_parent(cut)))
+        # the displacement of the body's origin, and its rotation, in its parent
+        cuts, parent = self.cuts, self.balances.holder(cut)
+        twists = map(cuts.kinematics.twist, (cut.body, parent))
+        own, carrying = map(self._displacements.vary_twist, twists)
+        arm = cuts.between_seats(parent, cut.body)
+        moved = total([carrying.force, cross(carrying.moment, arm)])
+        shift, turn = (cuts.carry(part, parent, cut.body) for part in (moved, carrying.moment))
+        return tidy(self.balances.symbols[cut.body].power(own - SymbolicWrench(shift, turn)))
 
     def _reactions(self) -> list[Stage]:
         """Return the step with the work of each joint's reaction together with its opposite."""
@@ -620,16 +627,6 @@ class VirtualWork:
         if any(rate.rotor for rate in self.balances.rates):
             sentence += " Where a joint has a rotor, the work of its inertia remains."
         return [Stage("Virtual work of the reactions", sentence, tuple(lines))]
-
-    def _against_parent(self, cut: Cut) -> SymbolicWrench:
-        """Return the virtual displacement of a body's origin, and its rotation, in its parent."""
-        cuts, parent = self.cuts, self.balances.holder(cut)
-        twists = map(cuts.kinematics.twist, (cut.body, parent))
-        own, carrying = map(self._displacements.vary_twist, twists)
-        arm = cuts.between_seats(parent, cut.body)
-        moved = total([carrying.force, cross(carrying.moment, arm)])
-        shift, turn = (cuts.carry(part, parent, cut.body) for part in (moved, carrying.moment))
-        return own - SymbolicWrench(shift, turn)
 
 
 def _list_spread_forces(spread: Distribution, cut: Cut) -> list[Result]:

@@ -30,11 +30,7 @@ def plot(motion: Trajectory, what: str = "coordinates", joint: str | None = None
 
 
 def new_figure(**options: Any) -> Any:
-    """Return an empty matplotlib Figure, which a notebook shows.
-
-    Raises:
-        InputError: if matplotlib is not installed.
-    """
+    """Return an empty matplotlib Figure, which a notebook shows."""
     try:
         from mecanique.motion.output.shown import ShownFigure
     except ImportError:
@@ -50,7 +46,9 @@ def _coordinates(motion: Trajectory, figure: Any, joint: str | None) -> None:
     for axes, names in zip(figure.subplots(2, 1, sharex=True), groups, strict=True):
         for name in names:
             axes.plot(motion.t, motion[name], label=add_unit(name, unit[name]), linewidth=1)
-        axes.set_ylabel(_together(names, unit))
+        shared = {unit[name] for name in names}
+        text = ", ".join(names) if len(names) <= 4 else f"{names[0]} … {names[-1]}"
+        axes.set_ylabel(add_unit(text, shared.pop()) if len(shared) == 1 else text)
     _finish_over_time(figure, m.name)
 
 
@@ -123,9 +121,3 @@ def _finish_over_time(figure: Any, title: str) -> None:
         axes.grid(alpha=0.3)
     figure.axes[-1].set_xlabel("t [s]")
     figure.suptitle(title)
-
-
-def _together(names: tuple[str, ...], unit: dict[str, str]) -> str:
-    shared = {unit[name] for name in names}
-    text = ", ".join(names) if len(names) <= 4 else f"{names[0]} … {names[-1]}"
-    return add_unit(text, shared.pop()) if len(shared) == 1 else text

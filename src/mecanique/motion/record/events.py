@@ -85,7 +85,8 @@ class Event:
         expression = self.expression(mechanism)
         if expression is None:
             return cast("Quantity", self.when)
-        return _function(mechanism, [expression])
+        call = _functions(mechanism, [expression])
+        return lambda t, q, v: float(call(t, q, v)[0])
 
     def impact(self, mechanism: Mechanism, rates: Rates) -> Impact:
         """Return the function of t, q, v and W that gives the velocities after the impact.
@@ -273,8 +274,3 @@ def _functions(
         return function(*q.tolist(), *v.tolist(), t, *constants, *(signal(t) for signal in signals))
 
     return call
-
-
-def _function(mechanism: Mechanism, expressions: list[Scalar]) -> Quantity:
-    call = _functions(mechanism, expressions)
-    return lambda t, q, v: float(call(t, q, v)[0])

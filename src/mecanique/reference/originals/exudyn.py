@@ -164,7 +164,15 @@ def _model_of(text: bytes, free: str | None) -> Model:
     if robot.tag != "robot":
         raise EngineError(f"it is built of URDF alone, not of <{robot.tag}>")
     if free is not None:
-        _let_go(robot, free)
+        # the root of a robot gets a floating joint
+        children = {child.get("link") for child in robot.iterfind("joint/child")}
+        links = [link.get("name", "") for link in robot.iterfind("link")]
+        world = "_".join(["world", *links])  # a name that no link has
+        ElementTree.SubElement(robot, "link", name=world)
+        joint = ElementTree.SubElement(robot, "joint", name=free, type="floating")
+        ElementTree.SubElement(joint, "parent", link=world)
+        roots = [link for link in links if link not in children]
+        ElementTree.SubElement(joint, "child", link=roots[0] if roots else "")
     try:
         model = tree_of_robot(robot)
     except ValueError as error:
@@ -172,18 +180,6 @@ def _model_of(text: bytes, free: str | None) -> Model:
     except KeyError as error:
         raise EngineError(f"its trees have no joint of type {error}") from None
     return model
-
-
-def _let_go(robot: ElementTree.Element, name: str) -> None:
-    """Put the root of a robot into a floating joint."""
-    children = {child.get("link") for child in robot.iterfind("joint/child")}
-    links = [link.get("name", "") for link in robot.iterfind("link")]
-    world = "_".join(["world", *links])  # a name that no link has
-    ElementTree.SubElement(robot, "link", name=world)
-    joint = ElementTree.SubElement(robot, "joint", name=name, type="floating")
-    ElementTree.SubElement(joint, "parent", link=world)
-    roots = [link for link in links if link not in children]
-    ElementTree.SubElement(joint, "child", link=roots[0] if roots else "")
 
 
 def _to_axis(axis: Array) -> Array:

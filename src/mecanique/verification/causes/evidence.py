@@ -87,7 +87,10 @@ class Evidence:
         n, zero = len(states), np.zeros_like(states.v)
         # of order one in every direction, so that no part of M is hidden
         a = np.abs(v).mean(axis=0) * np.random.default_rng(seed).normal(size=v.shape) if n else zero
-        moved = _is_rheonomic(mechanism)
+        moving = {"t", *(signal.symbol for signal in mechanism.inputs)}
+        moved = any(
+            moving & set(symbols_in(scalar)) for scalar in mechanism.coordinates.driven.values()
+        )
         given = {name: values for name, values in theirs.items() if np.isfinite(values).all()}
         parts: list[tuple[str, Inputs, Array]] = []
 
@@ -257,12 +260,6 @@ class Evidence:
     def before(self) -> float:
         """How far the unchanged mechanism is from what the other source answered, relative."""
         return float(self.residual(self.base))
-
-
-def _is_rheonomic(mechanism: Mechanism) -> bool:
-    """Whether a coordinate map depends on time, so that inertia forces act even at rest."""
-    moving = {"t", *(signal.symbol for signal in mechanism.inputs)}
-    return any(moving & set(symbols_in(scalar)) for scalar in mechanism.coordinates.driven.values())
 
 
 Residuals: TypeAlias = "Callable[[list[tuple[int, Array]]], Array]"

@@ -168,7 +168,16 @@ class Server:
         self._closed = False
         self._maker: threading.Thread | None = None
         try:
-            self._socket = _listening(port)
+            made = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+            try:
+                made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+                made.setblocking(False)
+                made.bind((ADDRESS, port))
+                made.listen(64)
+            except OSError:
+                made.close()
+                raise
+            self._socket = made
         except OSError as error:
             self._loop.close()
             raise InputError(
@@ -296,20 +305,6 @@ def _make(made: Future[str], scene: Scene, stream: Stream) -> None:
         made.set_result(page(scene, stream))
     except BaseException as error:  # raised where the page is waited for
         made.set_exception(error)
-
-
-def _listening(port: int) -> socket.socket:
-    """A socket on the loopback, closed again if the port is taken."""
-    made = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    try:
-        made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        made.setblocking(False)
-        made.bind((ADDRESS, port))
-        made.listen(64)
-    except OSError:
-        made.close()
-        raise
-    return made
 
 
 class _Guarded(tornado.web.RequestHandler):

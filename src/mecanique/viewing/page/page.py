@@ -330,7 +330,10 @@ def mesh_parcel(
     drawn = []
     for k, path, shape in _meshes(bodies):
         if path not in places:
-            packed = _pack(path, quick)
+            # a file is packed again only if it has changed
+            if not path.is_file():
+                raise InputError(f"mesh file {path}: there is no such file")
+            packed = _remember(path, path.stat().st_mtime_ns, quick)
             places[path] = range(len(surfaces), len(surfaces) + len(packed))
             surfaces += packed
         matrix = (shape.pose @ np.diag([*map(float, shape.size), 1.0])).ravel().tolist()
@@ -352,13 +355,6 @@ def _meshes(bodies: Sequence[SceneBody]) -> Iterator[tuple[int, Path, SceneShape
         for shape in body.shapes:
             if shape.path is not None:
                 yield k, shape.path, shape
-
-
-def _pack(path: Path, quick: bool) -> tuple[PackedSurface, ...]:
-    """A file's surfaces; a file is packed again only if it has changed."""
-    if not path.is_file():
-        raise InputError(f"mesh file {path}: there is no such file")
-    return _remember(path, path.stat().st_mtime_ns, quick)
 
 
 @lru_cache(maxsize=64)

@@ -73,17 +73,13 @@ def _join(mechanism: Mechanism, name: str) -> Iterator[SceneShape]:
         filled = math.sqrt(mass / (math.pi * _DENSITY * whole))
         radius = min(max(filled, _THINNEST * length), _THICKEST * length)
         pose = np.eye(4)
-        pose[:3, :3] = _turn_to(end / length)
+        axis = end / length
+        # the least of its components is farthest from being parallel
+        across = np.cross(np.eye(3)[int(np.argmin(np.abs(axis)))], axis)
+        across /= np.linalg.norm(across)
+        pose[:3, :3] = np.column_stack([across, np.cross(axis, across), axis])
         pose[:3, 3] = end / 2
         yield SceneShape("cylinder", (radius, length), pose, GREY)
-
-
-def _turn_to(axis: np.ndarray) -> np.ndarray:
-    """Return a rotation, shape (3, 3), that takes the z axis to a unit vector."""
-    # the least of its components is farthest from being parallel
-    across = np.cross(np.eye(3)[int(np.argmin(np.abs(axis)))], axis)
-    across /= np.linalg.norm(across)
-    return np.column_stack([across, np.cross(axis, across), axis])
 
 
 _DENSITY = 1000.0

@@ -188,7 +188,12 @@ def _paths(mechanism: Mechanism, start: Array, sliders: Sequence[str]) -> Iterat
             if motion.kind in ("turn", "slide"):
                 moves.append(_move(motion, rest, changed, [given[name] for name in sliders]))
             elif motion.coordinates:
-                place = place @ _free_pose([rest[name] for name in motion.coordinates])
+                # the place of a free body, if it has one, and its quaternion
+                values = [rest[name] for name in motion.coordinates]
+                pose = np.eye(4)
+                pose[:3, :3] = turn_vectors(np.array(values[-4:]), np.eye(3)).T
+                pose[:3, 3] = values[:-4] or 0.0
+                place = place @ pose
         rows = tuple(map(tuple, place.tolist()))
         yield Path(number[joint.parent], number[joint.child], rows, tuple(moves))
 
@@ -215,14 +220,6 @@ def _move(
     constant = float(rest[name]) - sum(factor * at[k] for k, factor in factors)
     kind: Literal["turn", "slide"] = "turn" if motion.kind == "turn" else "slide"
     return Move(kind, motion.axis, constant, tuple(factors))
-
-
-def _free_pose(values: Sequence[float]) -> Array:
-    """The pose of a ball joint or a free body: its place, if it has one, and its quaternion."""
-    pose = np.eye(4)
-    pose[:3, :3] = turn_vectors(np.array(values[-4:]), np.eye(3)).T
-    pose[:3, 3] = values[:-4] or 0.0
-    return pose
 
 
 def _motion(kind: str, axis: Sequence[float], value: float) -> Array:

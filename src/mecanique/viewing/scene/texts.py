@@ -117,7 +117,19 @@ def derive_all(mechanism: Mechanism) -> Iterator[Equations]:
 def derivation_of(equations: Equations) -> ShownDerivation:
     """Return the steps of a derivation."""
     if not fits_page(equations):
-        return _named_results(equations)
+        from mecanique.generation.named_results import write_recursion
+
+        try:
+            written = write_recursion(equations)
+        except MecaniqueError:
+            block = DerivationStep("Equations of motion", equations.text(), final=True)
+            return ShownDerivation(equations.title, (block,))
+        blocks = []
+        for place, (heading, said, formulas) in enumerate(written.sections()):
+            for k, formula in enumerate(formulas):
+                head, lead = (heading, said) if k == 0 else ("", "")
+                blocks.append(DerivationStep(head, formula, final=place > 0, lead=lead))
+        return ShownDerivation(equations.title, tuple(blocks), written.latex(), listed=True)
     return _write_out(equations.document, equations.latex())
 
 
@@ -175,23 +187,6 @@ def _symbols_of(
         with suppress(MecaniqueError):
             return write_recursion(equations_).symbols()
     return ()
-
-
-def _named_results(equations: Equations) -> ShownDerivation:
-    """Equations that are too long for a closed form, as a list of results."""
-    from mecanique.generation.named_results import write_recursion
-
-    try:
-        written = write_recursion(equations)
-    except MecaniqueError:
-        block = DerivationStep("Equations of motion", equations.text(), final=True)
-        return ShownDerivation(equations.title, (block,))
-    blocks = []
-    for place, (heading, said, formulas) in enumerate(written.sections()):
-        for k, formula in enumerate(formulas):
-            head, lead = (heading, said) if k == 0 else ("", "")
-            blocks.append(DerivationStep(head, formula, final=place > 0, lead=lead))
-    return ShownDerivation(equations.title, tuple(blocks), written.latex(), listed=True)
 
 
 def table_of(verdict: Verdict) -> VerdictTable:

@@ -127,20 +127,16 @@ class Constrained:
             if motion.massless is not None:
                 raise self._massless(motion.massless)
             if not (self._movable or motion.determined.all()):
-                self._refuse_locked(states.at(np.array([k])))
+                # One check suffices: a locked mechanism cannot reach any other position
+                if is_locked(states.at(np.array([k])), self._held.at):
+                    raise InputError(explain_lock(self._mechanism.name))
+                self._movable = True
             motions.append(motion)
         return HeldMotion(
             np.array([motion.acceleration for motion in motions]).reshape(states.v.shape),
             np.array([motion.multipliers for motion in motions]).reshape(closed.gamma.shape),
             np.array([motion.determined for motion in motions]).reshape(closed.gamma.shape),
         )
-
-    def _refuse_locked(self, state: States) -> None:
-        """Refuse a position in which the loops lock the mechanism."""
-        # One check suffices: a locked mechanism cannot reach any other position
-        if is_locked(state, self._held.at):
-            raise InputError(explain_lock(self._mechanism.name))
-        self._movable = True
 
     def _massless(self, mode: np.ndarray) -> DerivationError:
         names = [
