@@ -138,7 +138,15 @@ ORDER: dict[str, list[str]] = {
         "loops",
         "reference",
     ],
-    "reference.engine": ["answers package", "load", "chart", "forces", "rhs", "tree", "bodies"],
+    "reference.engine": [
+        "answers differentiation package",
+        "load",
+        "chart",
+        "forces",
+        "rhs",
+        "tree",
+        "bodies",
+    ],
     "reference.engine.forces": ["sites", "elements loads"],
     "reference.loops": [
         "nullspace",

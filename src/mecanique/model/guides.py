@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -108,17 +108,16 @@ def _ties(mechanism: Mechanism, names: tuple[str, ...]) -> Iterator[tuple[str, .
 
 def _slopes(mechanism: Mechanism, names: tuple[str, ...]) -> np.ndarray:
     """∂r/∂q in a position like any other, shape (joint coordinates, nq)."""
-    from sympy import Symbol
+    from sympy import cse, numbered_symbols, sympify
 
     coordinates, driven = tuple(mechanism.coordinates), mechanism.coordinates.driven
-    slopes = {
-        (names.index(name), coordinates.index(symbol)): plain(law).diff(Symbol(symbol))
-        for name, law in driven.items()
-        for symbol in symbols_in(law) & set(coordinates)
-    }
-    here = {
-        (names.index(name), coordinates.index(name)): 1.0 for name in coordinates if name in names
-    }
+    # differentiated step by step, as the derivatives of a long chain grow with its length
+    laws = [sympify(plain(law)) for law in driven.values()]
+    steps, results = cse(laws, numbered_symbols("step "), order="none")
+    chain = [(symbol.name, law, _partial_derivatives(law)) for symbol, law in steps]
+    chain += [
+        (name, law, _partial_derivatives(law)) for name, law in zip(driven, results, strict=True)
+    ]
     random = np.random.default_rng(1788)
     for near in _NEAR:
         at = {symbol.symbol: random.uniform(0.2, 1.0) for symbol in mechanism.inputs}
@@ -128,18 +127,29 @@ def _slopes(mechanism: Mechanism, names: tuple[str, ...]) -> np.ndarray:
             **mechanism.values,
             "t": near,
         }
-        matrix = np.zeros((len(names), len(coordinates)))
-        for place, slope in (here | slopes).items():
-            try:
-                matrix[place] = evaluate(slope, at)
-            except (ArithmeticError, TypeError, ValueError):
-                matrix[place] = np.nan
+        slopes = dict(zip(coordinates, np.eye(len(coordinates)), strict=True))
+        try:
+            for name, law, partial in chain:
+                at[name] = evaluate(law, at)
+                parts = (evaluate(s, at) * slopes[x] for x, s in partial.items() if x in slopes)
+                slopes[name] = sum(parts, np.zeros(len(coordinates)))
+        except (ArithmeticError, TypeError, ValueError):
+            continue
+        matrix = np.array([slopes[name] for name in names])
         if np.isfinite(matrix).all():
             return matrix
     # where no position will do, which coordinates meet must do
-    for place in here | slopes:
-        matrix[place] = random.uniform(0.5, 1.0)
+    matrix = np.zeros((len(names), len(coordinates)))
+    for k, name in enumerate(names):
+        met = symbols_in(driven[name]) if name in driven else {name}
+        for symbol in met & set(coordinates):
+            matrix[k, coordinates.index(symbol)] = random.uniform(0.5, 1.0)
     return matrix
+
+
+def _partial_derivatives(law: Any) -> dict[str, Any]:
+    """Return the derivatives of an expression by each of its symbols, by name."""
+    return {symbol.name: law.diff(symbol) for symbol in law.free_symbols}
 
 
 def _find_crossed(mechanism: Mechanism, joints: tuple[str, ...]) -> Iterator[str]:

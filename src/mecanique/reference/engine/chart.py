@@ -15,9 +15,10 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
-from mecanique.model.expression import compile_scalars, plain, symbols_in
+from mecanique.model.expression import evaluate, symbols_in
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
+from mecanique.reference.engine.differentiation import Operations, Path, apply
 from mecanique.reference.engine.load import EngineModel, JointIndices
 
 
@@ -194,80 +195,73 @@ class Chart:
 
     def _follow(self, mechanism: Mechanism, followers: Sequence[str]) -> None:
         """Differentiate the map and compile it."""
-        from sympy import DiracDelta, Expr, Integer, Symbol, sympify
-
         driven = mechanism.coordinates.driven
         names = (*mechanism.coordinates, *mechanism.velocities, "t", *mechanism.values)
-        # real symbols, so that |x| has the derivative sign(x)
-        real = {Symbol(name): Symbol(name, real=True) for name in names}
-        back = {value: key for key, value in real.items()}
-        signals = {Symbol(i.symbol): i for i in mechanism.inputs}
-        rules: dict[Any, Any] = {}
-        for symbol, signal in signals.items():
-            if any(symbol.name in symbols_in(driven[name]) for name in followers):
+        operations = Operations(names)
+        paths = _paths(mechanism, operations)
+        for signal in mechanism.inputs:
+            if any(signal.symbol in symbols_in(driven[name]) for name in followers):
                 if callable(signal.signal):
                     raise EngineError(
                         f"the coordinate map of mechanism {mechanism.name!r} depends on "
                         f"input {signal.symbol!r}, a function whose derivatives are not known; "
                         "expected an expression in t and parameters"
                     )
-                rules[symbol] = sympify(plain(signal.signal))
-        rates = {
-            real[Symbol(name)]: rate.xreplace(real) for name, rate in _rates(mechanism).items()
-        }
-        v = [real[Symbol(name)] for name in mechanism.velocities]
-        time = real[Symbol("t")]
-
-        def slope(expression: Any, symbol: Any) -> Any:
-            # sympy finds a zero slowly, and in a long chain nearly all derivatives are zero
-            return expression.diff(symbol) if symbol in expression.free_symbols else Integer(0)
-
-        def total(expression: Any) -> Any:
-            present = expression.free_symbols
-            parts = (
-                expression.diff(symbol) * rate
-                for symbol, rate in rates.items()
-                if symbol in present
-            )
-            return sum(parts, slope(expression, time))
-
-        def without_impulses(expression: Any) -> Expr:
-            if expression.is_Number:
-                return expression
-            return expression.replace(DiracDelta, lambda *_: Integer(0)).xreplace(back)
-
-        maps = [sympify(plain(driven[name])).xreplace(rules).xreplace(real) for name in followers]
-        first = [total(expression) for expression in maps]
-        G = [slope(rate, symbol) for rate in first for symbol in v]
-        c = [rate.xreplace(dict.fromkeys(v, Integer(0))) for rate in first]
-        gamma = [total(rate) for rate in first]
+                paths[signal.symbol] = evaluate(signal.signal, paths, function=apply)
+        still = Path(operations, 0.0)
+        maps = [still + evaluate(driven[name], paths, function=apply) for name in followers]
         q_names = (*mechanism.coordinates, "t", *mechanism.values)
-        self._map = compile_scalars([without_impulses(expression) for expression in maps], q_names)
-        everything = [without_impulses(expression) for expression in (*c, *gamma, *G)]
-        count = len(followers)
-        moving = any(
-            symbols_in(entry) - mechanism.values.keys() for entry in everything[2 * count :]
-        )
+        self._map = operations.compile([path.value for path in maps], q_names)
+        c = [path.slopes.get("t", 0.0) for path in maps]
+        gamma = [path.second for path in maps]
+        G = [path.slopes.get(name, 0.0) for path in maps for name in mechanism.velocities]
+        moving = operations.reaching((*mechanism.coordinates, "t"))
         # where G is constant, γ is the rate of c
-        if moving or any(entry != 0 for entry in everything[:count]):
-            self._jet = compile_scalars(everything, names)
+        if not moving.isdisjoint(G) or any(entry != 0 for entry in c):
+            self._jet = operations.compile([*c, *gamma, *G], names)
         else:
-            numbers = mechanism.evaluate_all(everything[2 * count :])
-            self.G[self._rows] = np.array(numbers).reshape(count, -1)
+            numbers = operations.compile(G, tuple(mechanism.values))(*self._values)
+            self.G[self._rows] = np.array(numbers).reshape(len(followers), -1)
 
 
-def _rates(mechanism: Mechanism) -> dict[str, Any]:
-    """Return the rate of each coordinate as an expression in coordinates and velocities."""
-    from sympy import Rational, Symbol
-
-    rates = {name[:-1]: Symbol(name) for name in mechanism.velocities if name.endswith("'")}
+def _paths(mechanism: Mechanism, operations: Operations) -> dict[str, Any]:
+    """Return all coordinates, time and parameters, with their derivatives along the motion."""
+    given = {name: operations.argument(name) for name in mechanism.values}
+    time = operations.argument("t")
+    paths = {**given, "t": Path(operations, time.value, {"t": 1.0}, 1.0)}
+    for name in mechanism.velocities:
+        if name.endswith("'"):
+            value, rate = (operations.argument(x).value for x in (name[:-1], name))
+            paths[name[:-1]] = Path(operations, value, {name: 1.0}, rate)
     for joint in mechanism.joints:
-        if not joint.quaternion:
-            continue
-        quaternion = [Symbol(name) for name in joint.quaternion]
-        *linear, ox, oy, oz = (Symbol(name) for name in joint.velocities)
-        turning = quaternion_rate(quaternion, (ox, oy, oz), Rational(1, 2))
-        rates.update(zip(joint.quaternion, turning, strict=True))
-        if linear:
-            rates.update(zip(joint.linear_coordinates, turn(quaternion, linear), strict=True))
-    return rates
+        if joint.quaternion:
+            quaternion = [operations.argument(name) for name in joint.quaternion]
+            spin, linear = joint.velocities[-3:], joint.velocities[:-3]
+            # first with p' alone, from which p'' follows
+            for _ in range(2):
+                quaternion = _move_with(
+                    operations, joint.quaternion, quaternion_rate, quaternion, spin
+                )
+            paths |= zip(joint.quaternion, quaternion, strict=True)
+            if linear:
+                sliding = _move_with(operations, joint.linear_coordinates, turn, quaternion, linear)
+                paths |= zip(joint.linear_coordinates, sliding, strict=True)
+    return paths
+
+
+def _move_with(
+    operations: Operations,
+    names: Sequence[str],
+    law: Callable[..., Sequence[Path]],
+    quaternion: Sequence[Path],
+    velocities: Sequence[str],
+) -> list[Path]:
+    """Return coordinates whose rates follow from a quaternion, linear in some velocities."""
+    rates = law(quaternion, [operations.argument(name) for name in velocities])
+    columns = [law(quaternion, unit) for unit in np.eye(3).tolist()]
+    moved = []
+    for name, rate, *slopes in zip(names, rates, *columns, strict=True):
+        value = operations.argument(name).value
+        by = dict(zip(velocities, (slope.value for slope in slopes), strict=True))
+        moved.append(Path(operations, value, by, rate.value, rate.rate))
+    return moved

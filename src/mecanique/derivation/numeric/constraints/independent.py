@@ -41,6 +41,9 @@ from mecanique.model.states import States
 _SWEEPS = 40
 """Largest number of Newton's iterations."""
 
+_TOGETHER = 4096
+"""States times directions computed together: more no longer fit in the cache."""
+
 
 class _Group(NamedTuple):
     """States with the same dependent coordinates."""
@@ -55,6 +58,11 @@ class _Group(NamedTuple):
     def inverse(self) -> np.ndarray:
         """Inverses of the blocks."""
         return np.linalg.inv(self.blocks)
+
+    def take(self, indices: np.ndarray) -> _Group:
+        """Return some of the states, counted in the group."""
+        at, blocks, regular = (x[indices] for x in (self.at, self.blocks, self.regular))
+        return _Group(at, self.rows, self.dependent, blocks, regular)
 
 
 @final
@@ -107,17 +115,24 @@ class Reduced:
             waiting = waiting[~fit]
 
     def _solve(self, states: States, forces: np.ndarray, group: _Group) -> np.ndarray:
-        nv, n = self._mechanism.nv, len(states)
-        free = np.setdiff1d(np.arange(nv), group.dependent)
-        rest, E, weight = self._operator(states, np.zeros((n, len(free))), group)
+        n = len(states)
+        start = self._start(states, group)
+        count = start.shape[2] - 1
+        # accelerations, all zero and along each independent coordinate, at every state
+        a = np.repeat(np.eye(count + 1, count, -1), n, axis=0)
+        most = max(_TOGETHER // (1 + count), 1)
+        parts = []
+        for first in range(0, len(a), most):
+            some = np.arange(first, min(first + most, len(a)))
+            of = some % n
+            parts.append(self._operator(states.at(of), a[some], start[..., of], group.take(of)))
+        rest, E, weight = (
+            np.concatenate(part).reshape(count + 1, n, -1) for part in zip(*parts, strict=True)
+        )
+        M = np.moveaxis(E[1:] - E[0], 0, -1)
         # partial derivatives of all coordinates with respect to the independent ones
-        follow = np.stack([x.c[0, 1:] for x in rest], axis=0).transpose(2, 0, 1)
-        M = np.empty((n, len(free), len(free)))
-        for k in range(len(free)):
-            a = np.zeros((n, len(free)))
-            a[:, k] = 1.0
-            M[:, :, k] = self._operator(states, a, group)[1] - E
-        right = np.einsum("nvk,nv->nk", follow, forces) - E - weight
+        follow = start[:, 0, 1:].transpose(2, 0, 1)
+        right = np.einsum("nvk,nv->nk", follow, forces) - E[0] - weight[0]
         try:
             independent = np.linalg.solve(M, right[..., None])[..., 0]
         except np.linalg.LinAlgError:
@@ -125,8 +140,7 @@ class Reduced:
                 f"mechanism {self._mechanism.name!r}: "
                 "its loops allow a motion without inertia; give a body in it mass"
             ) from None
-        without = np.stack([2 * x.c[2, 0] for x in rest], axis=-1)
-        accelerations: np.ndarray = without + np.einsum("nvk,nk->nv", follow, independent)
+        accelerations: np.ndarray = rest[0] + np.einsum("nvk,nk->nv", follow, independent)
         for joint in self._mechanism.joints:
             if joint.quaternion and joint.linear_velocities:
                 # the components of the velocity are in axes that turn with the body
@@ -136,47 +150,56 @@ class Reduced:
         return accelerations
 
     def _operator(
-        self, states: States, a: np.ndarray, group: _Group
-    ) -> tuple[list[Jet], np.ndarray, np.ndarray]:
-        """Return the coordinates as jets, Lagrange's operator on T, and ∂V/∂q of gravity."""
+        self, states: States, a: np.ndarray, start: np.ndarray, group: _Group
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return all accelerations, Lagrange's operator on T, and ∂V/∂q of gravity."""
         # The latter two have shape (n, free)
-        q = self._paths(states, a, group)
-        r, H = self._evaluate_poses(states, q)
+        c = start.copy()
+        c[np.setdiff1d(np.arange(len(c)), group.dependent), 2, 0] = a.T / 2
+        r, H = self._close(states, c, 2, group)
         E = self._definition.operate(r, H, a.shape)
-        return q, E, self._definition.weigh(H, a.shape)
+        return 2 * c[:, 2, 0].T, E, self._definition.weigh(H, a.shape)
 
-    def _paths(self, states: States, a: np.ndarray, group: _Group) -> list[Jet]:
+    def _start(self, states: States, group: _Group) -> np.ndarray:
+        """Return the coordinates' jets without what accelerations change, (nv, 3, 1 + free, n)."""
         nv, n = self._mechanism.nv, len(states)
-        dependent, inverse = group.dependent, group.inverse
-        free = np.setdiff1d(np.arange(nv), dependent).tolist()
+        free = np.setdiff1d(np.arange(nv), group.dependent).tolist()
         c = np.zeros((nv, 3, 1 + len(free), n))
         for name, q in zip(self._mechanism.coordinates, states.q.T, strict=True):
             if name in self._plain:
                 c[self._plain[name], 0, 0] = q
         for k, at in enumerate(free):
-            c[at, 1, 0] = states.v[:, at]
-            c[at, 2, 0] = a[:, k] / 2
             c[at, 0, 1 + k] = 1.0
-        c[dependent, 1, 0] = states.v[:, dependent].T
+        c[:, 1, 0] = states.v.T
+        for order in range(2):
+            self._close(states, c, order, group)
+        return c
+
+    def _close(
+        self, states: States, c: np.ndarray, order: int, group: _Group
+    ) -> tuple[dict[str, Any], list[Jet]]:
+        """Close the loops in one order of ε, those below being closed; return values and poses."""
+        dependent, inverse = group.dependent, group.inverse
         units = self._held.row_units.units
-        x = [Jet(path) for path in c]
-        for order in range(3 if len(group.rows) else 0):  # loops may hold nothing that moves
-            # the state itself is not corrected: near a singular position the correction of its
-            # rounding errors would grow with every order
-            given = order < 2
-            last = np.inf
-            for _ in range(_SWEEPS):
-                phi = self._held.gaps(self._evaluate_poses(states, x)[1])
-                off = np.stack([phi[i].c[order] / units[i] for i in group.rows], axis=-1)
-                if given and float(np.abs(off[0]).max(initial=0.0)) < ON_LOOPS:
-                    off[0] = 0.0
-                size = float(np.abs(off).max(initial=0.0))
-                if size < 1e-15 or (size < 1e-10 and size >= last):
-                    break
-                last = size
-                c[dependent, order] -= np.moveaxis((inverse @ off[..., None])[..., 0], -1, 0)
-                x = [Jet(path) for path in c]
-        return x
+        # the state itself is not corrected: near a singular position the correction of its
+        # rounding errors would grow with every order
+        given = order < 2
+        last = np.inf
+        for _ in range(_SWEEPS):
+            # no order depends on those above it
+            placed = self._evaluate_poses(states, [Jet(path[: order + 1]) for path in c])
+            if not len(group.rows):  # loops may hold nothing that moves
+                break
+            phi = self._held.gaps(placed[1])
+            off = np.stack([phi[i].c[order] / units[i] for i in group.rows], axis=-1)
+            if given and float(np.abs(off[0]).max(initial=0.0)) < ON_LOOPS:
+                off[0] = 0.0
+            size = float(np.abs(off).max(initial=0.0))
+            if size < 1e-15 or (size < 1e-10 and size >= last):
+                break
+            last = size
+            c[dependent, order] -= np.moveaxis((inverse @ off[..., None])[..., 0], -1, 0)
+        return placed
 
     def _evaluate_poses(self, states: States, x: list[Jet]) -> tuple[dict[str, Any], list[Jet]]:
         mechanism = self._mechanism
@@ -191,7 +214,7 @@ class Reduced:
                 displaced = _turn([q[name] for name in joint.coordinates], [x[at] for at in place])
                 values |= zip(joint.coordinates, displaced, strict=True)
         c = np.zeros(x[0].c.shape)
-        c[0, 0], c[1, 0] = states.t, 1.0
+        c[0, 0], c[1:2, 0] = states.t, 1.0
         values["t"] = Jet(c)
         for signal in mechanism.inputs:
             values[signal.symbol] = evaluate(signal.signal, values, function=function)

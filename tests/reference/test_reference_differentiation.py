@@ -1,0 +1,74 @@
+"""Derivatives along the motion against sympy's, and how they grow with the length of a chain."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import sympy
+
+from mecanique.model.expression import evaluate
+from mecanique.reference.engine.differentiation import Operations, Path, apply
+
+X, Y, K = sympy.symbols("x y k", real=True)
+U, W = sympy.symbols("u w", real=True)
+
+LAWS = (
+    X * Y + 3 * X - K,
+    X**3 / Y - 1 / (2 - X),
+    sympy.sqrt(X**2 + Y**2 + K) * sympy.sin(X) * sympy.cos(2 * Y),
+    sympy.tan(X / 2) + sympy.tanh(X * Y) - sympy.exp(-K * X),
+    sympy.asin(X / 3) + sympy.acos(Y / 3) * sympy.atan(K * X * Y),
+    sympy.log(X + 2 * Y) * (X + Y) ** K,
+    sympy.atan2(X * Y, X - 2) + Y**X + K**X,
+    sympy.Abs(X - 2) * Y + sympy.sign(Y - X) * X,
+)
+
+
+def compile_law(law: sympy.Expr) -> tuple[float, ...]:
+    """Return value, slopes by u and w, what remains by time, and y'', for x' = u and y' = w."""
+    names = ("x", "y", "u", "w", "t", "k")
+    operations = Operations(names)
+    given = {name: operations.argument(name) for name in names}
+    values = {
+        "k": given["k"],
+        "x": Path(operations, given["x"].value, {"u": 1.0}, given["u"].value),
+        "y": Path(operations, given["y"].value, {"w": 1.0}, given["w"].value),
+    }
+    path = evaluate(law, values, function=apply)
+    results = [path.value, *(path.slopes.get(name, 0.0) for name in ("u", "w")), path.rate]
+    return operations.compile([*results, path.second], names)(0.7, 1.1, 0.9, -1.3, 0.2, 1.7)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=str)
+def test_derivatives_are_those_of_sympy(law: sympy.Expr) -> None:
+    slopes = [law.diff(X), law.diff(Y)]
+    rate = slopes[0] * U + slopes[1] * W
+    second = rate.diff(X) * U + rate.diff(Y) * W
+    at = {X: 0.7, Y: 1.1, U: 0.9, W: -1.3, K: 1.7}
+    expected = [float(part.subs(at)) for part in (law, *slopes, rate, second)]
+    np.testing.assert_allclose(compile_law(law), expected, rtol=1e-13, atol=0)
+
+
+def test_operations_grow_with_the_square_of_the_length_of_a_chain() -> None:
+    """A slope by each coordinate at each step; second derivatives written out grow far faster."""
+
+    def count(links: int) -> int:
+        names = tuple(f"q{k}" for k in range(links))
+        operations = Operations((*names, "t"))
+        law = sympy.Integer(1)
+        for name in names:
+            law = sympy.sin(law + sympy.Symbol(name)) * sympy.Symbol(name)
+        values = {
+            name: Path(operations, operations.argument(name).value, {name: 1.0}, 1.0)
+            for name in names
+        }
+        assert math.isfinite(
+            operations.compile([evaluate(law, values, function=apply).second], names)(
+                *np.linspace(0.1, 1.0, links)
+            )[0]
+        )
+        return len(operations)
+
+    assert count(40) < 4.5 * count(20)
