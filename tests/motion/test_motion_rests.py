@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
 import mecanique as mq
+from mecanique.motion.linear import held
 
 G = 9.81
 
@@ -95,3 +97,26 @@ def test_too_many_contacts_are_refused() -> None:
     floors = tuple(replace(ball.switching[0], name=f"floor{k}") for k in range(7))
     with pytest.raises(mq.InputError, match="7 elements may be closed, more than 6"):
         mq.equilibria(replace(ball, switching=floors))
+
+
+def test_what_touches_is_closed_in_few_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A gap of one rounding cannot be made smaller, and was tried thirty times."""
+    steps, closed, right = [0], list[int](), vars(held)["least_step"]
+
+    def step(*given: Any) -> Any:
+        steps[-1] += 1
+        return right(*given)
+
+    close = held.HeldMode.close
+
+    def begin(*given: Any, **named: Any) -> Any:
+        steps[-1] = 0
+        place = close(*given, **named)
+        closed.append(steps[-1])
+        return place
+
+    monkeypatch.setattr(held, "least_step", step)
+    monkeypatch.setattr(held.HeldMode, "close", begin)
+    assert len(mq.equilibria(mq.textbook.load("ladder"), 20)) == 3
+    assert max(closed) < 15
+    assert len(closed) > 100

@@ -127,10 +127,15 @@ def table() -> mq.Mechanism:
     return mq.Mechanism("table", bodies, (joint,), parameters=(m, r, mu), switching=(cloth,))
 
 
-def test_slip_along_two_directions_is_compared_in_numbers() -> None:
+@pytest.mark.parametrize("most", [0, 16])
+def test_slip_along_two_directions_is_compared_in_letters_and_in_numbers(
+    most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(modes, "IN_LETTERS", most)
     verdict = mq.verify(table(), samples=10)
     assert verdict.agrees, str(verdict)
-    assert {row.sources[0] for row in verdict.rows} == {"3 modes", "impact of cloth"}
+    compared = {"open", "sticks", "slips"} if most else {"3 modes"}
+    assert {row.sources[0] for row in verdict.rows} == {*compared, "impact of cloth"}
     assert {row.quantity for row in verdict.rows if "impact" in row.sources[0]} == {
         "acceleration",
         "forces of elements",
@@ -150,6 +155,7 @@ def test_a_row_of_contact_that_is_wrong_is_seen_in_modes_and_impacts(
         return terms
 
     monkeypatch.setattr(modes._Bench, "ours", property(tilt))
+    monkeypatch.setattr(modes, "IN_LETTERS", 0)
     verdict = mq.verify(table(), samples=5)
     assert {row.sources[0] for row in verdict.rows if not row.agrees} == {
         "3 modes",

@@ -24,6 +24,7 @@ from mecanique.derivation.mechanics.switching import (
     CLOSED,
     FORWARD,
     OPEN,
+    SLIPS,
     STICKS,
     close_contacts,
     place_of,
@@ -70,7 +71,7 @@ MOST_TURNED = 2
 """Angles at most whose quarter turns are tried as the place of a mode; others stay at zero."""
 
 MOST_SIMPLIFIED = 30
-"""Operations of a formula up to which sympy's `simplify` is tried, whose time grows without end."""
+"""Operations of a formula up to which sums of angles are looked for."""
 
 LARGEST_FACTORED = 10**50
 """Largest number of a formula that is factored or simplified: products of decimals of 16 digits
@@ -188,10 +189,14 @@ class Modes(Legible):
     Args:
         mechanism: whose they are.
         modes: each with its equations.
+        symbols: their letters, but for coordinates, with what they mean.
+        idle: rows of contacts along which nothing slips, e.g. "floor: y".
     """
 
     mechanism: Mechanism
     modes: tuple[ModeEquations, ...]
+    symbols: tuple[tuple[str, str], ...] = ()
+    idle: frozenset[str] = field(default=frozenset(), repr=False)
 
     def __getitem__(self, states: str | tuple[str, ...]) -> ModeEquations:
         asked = (states,) if isinstance(states, str) else states
@@ -221,7 +226,7 @@ class Modes(Legible):
         """Return the modes as LaTeX."""
         name = prose.escape(to_title(self.mechanism.name))
         parts = [f"\\section*{{{name}: equations of motion in each mode}}", "\\begin{description}"]
-        for symbol, meaning in list_symbols(self.mechanism):
+        for symbol, meaning in self.symbols:
             letter = Latex().letter(symbol, False, "")
             parts.append(f"\\item[{{\\normalfont ${letter}$}}] {prose.escape(meaning)}")
         parts.append("\\end{description}")
@@ -261,11 +266,19 @@ class _Row(NamedTuple):
 
 
 class _ElementForces(NamedTuple):
-    """An element with the direction in which it presses and that in which it rubs."""
+    """An element with the direction in which it presses and those in which it rubs."""
 
     element: Switching
     normal: _Row | None
-    tangent: _Row | None
+    tangents: tuple[_Row, ...]
+
+    @property
+    def slip(self) -> tuple[Any, ...]:
+        """The letters of its slip in space, its size and its parts."""
+        from sympy import symbols
+
+        name = force_symbol("s", self.element.name)
+        return symbols((name, f"{name}_x", f"{name}_y")) if len(self.tangents) > 1 else ()
 
 
 def force_symbol(letter: str, element: str) -> str:
@@ -273,21 +286,32 @@ def force_symbol(letter: str, element: str) -> str:
     return f"{letter}_{re.sub(r'[^0-9a-zA-Z]', '_', element)}"
 
 
-def list_letters(element: Switching) -> tuple[str, ...]:
-    """Return the letters of an element's forces, N first if it presses."""
-    if isinstance(element, Contact):
-        return ("N", "T") if element.rubs else ("N",)
-    return tuple(row.letter for row in element.joint_rows)
+def name_forces(element: Any, tangents: int) -> tuple[str, ...]:
+    """Return the symbols of an element's forces in the order of its rows, N first if it presses.
+
+    Args:
+        element: one that switches.
+        tangents: of a contact, the directions in which it slips: none, one or, in space, two.
+    """
+    if not isinstance(element, Contact):
+        return tuple(force_symbol(row.letter, element.name) for row in element.joint_rows)
+    parts = ("_x", "_y") if tangents > 1 else ("",) * tangents
+    friction = force_symbol("T", element.name)
+    return (force_symbol("N", element.name), *(f"{friction}{part}" for part in parts))
 
 
-def list_symbols(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
+def list_symbols(
+    mechanism: Mechanism, forces: Sequence[_ElementForces] = ()
+) -> Iterator[tuple[str, str]]:
     """Yield the letters of the equations of modes, but for coordinates, and what they mean."""
     for parameter in mechanism.parameters:
         yield parameter.symbol, add_unit(parameter.meaning or "a parameter", parameter.unit)
-    for element in mechanism.switching:
-        for sign in list_letters(element):
-            words = "force by which {} presses" if sign == "N" else "friction of {}"
-            yield force_symbol(sign, element.name), words.format(element.name)
+    for element, normal, tangents in forces:
+        if normal is not None:
+            yield str(normal.symbol), f"force by which {element.name} presses"
+        along = (" along x of its plane", " along y of its plane") if len(tangents) > 1 else ("",)
+        for row, direction in zip(tangents, along, strict=False):
+            yield str(row.symbol), f"friction of {element.name}{direction}"
 
 
 def derive_modes(
@@ -297,7 +321,7 @@ def derive_modes(
 
     Args:
         mechanism: a tree with `Friction`, `Stop` or `Contact` among its `switching` elements;
-            contacts with planes, those with friction in plane motion.
+            contacts with planes.
         most: so many modes are written out at most; each may take seconds.
         only: the modes to write out, each by the state of every element, such as the `states` of a
             motion's `modes`; by default all.
@@ -319,18 +343,27 @@ def derive_modes(
         >>> print(mq.derive_modes(dry_block)["slips +"].conditions[0])
         while q1' > 0
     """
-    from sympy import Float, Matrix, Rational, Symbol, nan, sympify, zoo
+    from sympy import Float, Matrix, Rational, Symbol, fraction, nan, sympify, zoo
 
     _refuse_unwritten(mechanism)
     derivation = Lagrange(close_contacts(mechanism)).derivation()
-    unknown = [*_list_forces(mechanism, derivation)]
-    rows = [row for _, *pair in unknown for row in pair if row is not None]
+    cosines = _Cosines(mechanism)
+    unknown = [*_list_forces(mechanism, derivation, cosines)]
+    rows = [row for _, normal, tangents in unknown for row in (normal, *tangents) if row]
     symbols = [row.symbol for row in rows]
     accelerations = [Symbol(f"{name}'") for name in mechanism.velocities]
     rest = to_matrix([[h - Q] for h, Q in zip(derivation.h, derivation.Q, strict=True)])
     balance = to_matrix(derivation.M) * Matrix(accelerations) + rest
+    balance = balance.applyfunc(cosines.write)
     for row in rows:
         balance -= Matrix(row.slopes) * row.symbol
+    by_forces = _solve(list(balance), accelerations, {}) if cosines.meanings else None
+    letters = {
+        letter: meaning
+        for forces in unknown
+        if forces.slip
+        for letter, meaning in zip(forces.slip, _measure_slip(forces), strict=True)
+    } | cosines.meanings
 
     choices = {forces.element.name: _list_states(forces) for forces in unknown}
     # a dictionary keeps the order in which modes are named first
@@ -345,11 +378,11 @@ def derive_modes(
     modes: list[ModeEquations] = []
     places = _place_letters(mechanism)
     for states in chosen or product(*choices.values()):
-        laws, known = list(balance), dict[Any, Any]()
+        laws, seconds, known = list(balance), list[Any](), dict[Any, Any]()
         for forces, state in zip(unknown, states, strict=True):
             for row, force in _constrain(forces, state):
                 if force is None:
-                    laws.append(row.second)
+                    seconds.append(row.second)
                 else:
                     known[row.symbol] = sympify(force)
         known = {symbol: force.xreplace(known) for symbol, force in known.items()}
@@ -357,11 +390,19 @@ def derive_modes(
         decimals = {n: Rational(str(float(n))) for f in known.values() for n in f.atoms(Float)}
         known = {symbol: force.xreplace(decimals) for symbol, force in known.items()}
         left = [symbol for symbol in (*accelerations, *symbols) if symbol not in known]
-        laws = [law.xreplace(known) for law in laws]
-        solution = _solve(laws, left, known)
-        unsolved = () if solution is not None else tuple(laws)
+        laws = [law.xreplace(known) for law in (*laws, *seconds)]
+        if by_forces:
+            # few equations for the forces are left, and accelerations are given by these
+            pushes, moved = left[len(accelerations) :], laws[len(balance) :]
+            laws = [cosines.reduce(law.xreplace(by_forces).xreplace(known)) for law in moved]
+            solution = _solve(laws, pushes, known) if pushes else known
+            solution = cosines.add_accelerations(by_forces, solution, known)
+        else:
+            solution = _solve(laws, left, known)
+        unsolved = () if solution is not None else tuple(fraction(law)[0] for law in laws)
         if solution is None:  # conditions are told in the letters of its forces
-            solution = known | {symbol: symbol for symbol in left if symbol in symbols}
+            of_forces = {symbol: symbol for symbol in left if symbol in symbols}
+            solution = (by_forces or {}) | known | of_forces
         chosen_states = list(zip(unknown, states, strict=True))
         place = _find_place(mechanism, chosen_states)
         written = {symbol: _put(value, place) for symbol, value in solution.items()}
@@ -374,7 +415,11 @@ def derive_modes(
         ]
         for forces, state in chosen_states:
             held += _list_conditions(forces, state, written, place)
+        held += _explain_letters(letters, [*written.values(), *(part.left for part in held)])
         say = partial(_write_decimals, everywhere=bool(decimals))
+        inserted = letters | {symbol: solution[symbol] for symbol in symbols if symbol in solution}
+        if not unsolved:
+            solution = {s: _replace_letters(value, inserted) for s, value in solution.items()}
         solution = {symbol: say(value) for symbol, value in solution.items()}
         written = {symbol: say(value) for symbol, value in written.items()}
         pairs = zip(mechanism.velocities, accelerations, strict=True)
@@ -383,7 +428,7 @@ def derive_modes(
         modes.append(
             ModeEquations(
                 {forces.element.name: state for forces, state in chosen_states},
-                {name: solution[s] for s, name in named.items()},
+                {} if unsolved else {name: solution[s] for s, name in named.items()},
                 {name: solution[s] for s, name in acting.items()},
                 tuple(dict.fromkeys(condition.with_decimals(say) for condition in held)),
                 places,
@@ -391,7 +436,15 @@ def derive_modes(
                 {name: written[s] for s, name in (named | acting).items()},
             )
         )
-    return Modes(mechanism, tuple(modes))
+    slips = {tie.name for tie in derivation.ties}
+    idle = {
+        f"{element.name}: {row}"
+        for element in mechanism.switching
+        for row in ("x", "y")
+        if f"{element.name}_{row}" not in slips
+    }
+    meanings = tuple(list_symbols(mechanism, unknown))
+    return Modes(mechanism, tuple(modes), meanings, frozenset(idle))
 
 
 def _require_states(
@@ -428,66 +481,154 @@ def _refuse_unwritten(mechanism: Mechanism) -> None:
             )
 
 
-def _list_forces(mechanism: Mechanism, derivation: Derivation) -> Iterator[_ElementForces]:
+@final
+class _Cosines:
+    """Letters for the direction cosines of what quaternions turn, in which formulas are short.
+
+    Products of two components of a quaternion are sums of cosines: 4 x w = A_32 − A_23. Formulas
+    are reduced by what the cosines of three perpendicular axes fulfil.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        from sympy import Matrix, Symbol, eye, groebner
+
+        self.meanings: dict[Any, Any] = {}  # the formula of each letter, in quaternions
+        self._pairs: dict[tuple[Any, ...], dict[tuple[int, int], Any]] = {}
+        self._relations: list[Any] = []
+        for joint in mechanism.joints:
+            if not joint.quaternion:
+                continue
+            x, y, z, w = quaternion = tuple(map(Symbol, joint.quaternion))
+            name = force_symbol("A", joint.name)
+            A = Matrix(3, 3, [Symbol(f"{name}_{i}{j}") for i in (1, 2, 3) for j in (1, 2, 3)])
+            rows = (
+                (1 - 2 * y**2 - 2 * z**2, 2 * x * y - 2 * z * w, 2 * x * z + 2 * y * w),
+                (2 * x * y + 2 * z * w, 1 - 2 * x**2 - 2 * z**2, 2 * y * z - 2 * x * w),
+                (2 * x * z - 2 * y * w, 2 * y * z + 2 * x * w, 1 - 2 * x**2 - 2 * y**2),
+            )
+            self.meanings |= dict(zip(A, sum(rows, ()), strict=True))
+            squares = [1 + 2 * A[k, k] - A.trace() for k in range(3)] + [1 + A.trace()]
+            pairs = {(k, k): square / 4 for k, square in enumerate(squares)}
+            for i, j, k in ((0, 1, 2), (0, 2, 1), (1, 2, 0)):
+                pairs[i, j] = (A[i, j] + A[j, i]) / 4
+                pairs[k, 3] = (-1) ** k * (A[j, i] - A[i, j]) / 4
+            self._pairs[quaternion] = pairs
+            turned = [A.row(k - 3).cross(A.row(k - 2)) - A.row(k - 1) for k in range(3)]
+            whole = [*(A * A.T - eye(3)), *(A.T * A - eye(3)), *(x for row in turned for x in row)]
+            # those of the third row remain, of a floor the components of the vertical
+            basis = groebner(whole, *A[:6], *reversed(A[6:]), order="grevlex")
+            self._relations += basis.exprs
+
+    def write(self, formula: Any) -> Any:
+        """Return a formula with cosines in the place of products of two components."""
+        from sympy import Poly, prod
+
+        for quaternion, pairs in self._pairs.items():
+            if not formula.free_symbols.intersection(quaternion):
+                continue
+            parts = []
+            for powers, factor in Poly(formula, *quaternion).terms():
+                which = [k for k, power in enumerate(powers) for _ in range(power)]
+                odd = quaternion[which[-1]] if len(which) % 2 else 1
+                twos = zip(which[::2], which[1::2], strict=False)
+                parts.append(prod((pairs[two] for two in twos), factor * odd))
+            formula = sum(parts).expand()
+        return formula
+
+    def reduce(self, formula: Any) -> Any:
+        """Return a formula without what the relations of cosines make zero."""
+        from sympy import fraction, reduced, together
+
+        if not formula.free_symbols & self.meanings.keys():
+            return _shorten(formula)
+        above, below = (
+            reduced(side, self._relations, *self.meanings, order="grevlex")[1]
+            for side in fraction(together(formula))
+        )
+        return _shorten(above / below)
+
+    def add_accelerations(
+        self, by_forces: Mapping[Any, Any], forces: dict[Any, Any] | None, known: Mapping[Any, Any]
+    ) -> dict[Any, Any] | None:
+        """Return accelerations and forces, the former by letters of forces that are long."""
+        if not forces:
+            return forces
+        forces = {symbol: self.reduce(force) for symbol, force in forces.items()}
+        short = {s: f for s, f in forces.items() if f.count_ops() <= MOST_SIMPLIFIED}
+        moved = {s: self.reduce(value.xreplace(short)) for s, value in by_forces.items()}
+        return moved | {
+            s: min(f, known.get(s, f), key=_count_operations) for s, f in forces.items()
+        }
+
+
+def _measure_slip(forces: _ElementForces) -> tuple[Any, ...]:
+    """Return the size of slip in space, then its parts."""
+    from sympy import sqrt
+
+    _, *parts = forces.slip
+    size = sqrt(sum(part**2 for part in parts))
+    return size, *(row.rate for row in forces.tangents)
+
+
+def _list_forces(
+    mechanism: Mechanism, derivation: Derivation, cosines: _Cosines
+) -> Iterator[_ElementForces]:
     """Yield the elements with their rows, those of contacts as the constraints of closed ones."""
     from sympy import Symbol
 
     algebra, ring = derivation.algebra, derivation.algebra.ring
     ties = {tie.name: tie for tie in derivation.ties}
 
-    def state(
-        letter: str, element: Switching, rate: Series, gap: Series, foot: Series | None = None
-    ) -> _Row:
+    def state(name: str, rate: Series, gap: Series, foot: Series | None = None) -> _Row:
         return _Row(
-            symbol=Symbol(force_symbol(letter, element.name)),
-            slopes=[to_sympy(slope) for slope in ring.partials(rate)],
-            rate=to_sympy(rate),
-            second=to_sympy(rate.ddt()),
+            symbol=Symbol(name),
+            slopes=[cosines.write(to_sympy(slope)) for slope in ring.partials(rate)],
+            rate=cosines.write(to_sympy(rate)),
+            second=cosines.write(to_sympy(rate.ddt())),
             gap=to_sympy(gap),
             foot=None if foot is None else to_sympy(foot),
         )
 
     zero = ring.number(0)
     for element in mechanism.switching:
-        rows: dict[str, _Row] = {}
         if isinstance(element, Contact):
-            directions = ("normal", "x", "y") if element.rubs else ("normal",)
-            met = {row: ties.get(f"{element.name}_{row}") for row in directions}
-            if met.get("y") is not None:
-                raise DerivationError(
-                    f"contact {element.name!r} slips along two directions; the equations of its "
-                    "modes are written out for motion in a plane alone"
-                )
-            for letter, tie in zip(list_letters(element), met.values(), strict=False):
-                demand = zero if tie is None else tie.demand
-                gap = letter == "N"
-                rate, foot = demand.ddt() if gap else demand, None if tie is None else tie.foot
-                rows[letter] = state(letter, element, rate, demand, foot)
-        for stated in element.joint_rows:
+            normal, *along = (ties.get(f"{element.name}_{row}") for row in ("normal", "x", "y"))
+            demands = [tie.demand for tie in along if tie is not None] if element.rubs else []
+            names = name_forces(element, len(demands))
+            gap = zero if normal is None else normal.demand
+            presses = state(names[0], gap.ddt(), gap, None if normal is None else normal.foot)
+            rubs = map(state, names[1:], demands, demands)
+            yield _ElementForces(element, presses, tuple(rubs))
+            continue
+        rows: dict[str, _Row] = {}
+        names = name_forces(element, 0)
+        for name, stated in zip(names, element.joint_rows, strict=True):
             place = algebra.series(place_of(mechanism, stated))
             rate = place.ddt() - algebra.series(stated.speed)
-            rows[stated.letter] = state(stated.letter, element, rate, place)
-        normal = rows.pop("N", None)
-        yield _ElementForces(element, normal, next(iter(rows.values()), None))
+            rows[stated.letter] = state(name, rate, place)
+        yield _ElementForces(element, rows.pop("N", None), tuple(rows.values()))
 
 
 def _list_states(forces: _ElementForces) -> list[str]:
     states = [] if forces.normal is None else [OPEN]
-    return [*states, CLOSED] if forces.tangent is None else [*states, STICKS, FORWARD, BACKWARD]
+    if not forces.tangents:
+        return [*states, CLOSED]
+    return [*states, STICKS, *((SLIPS,) if forces.slip else (FORWARD, BACKWARD))]
 
 
 def _constrain(forces: _ElementForces, state: str) -> Iterator[tuple[_Row, Any]]:
     """Yield each row of an element with its force in a state; None where it is held instead."""
-    element, normal, tangent = forces
+    element, normal, tangents = forces
     if state == OPEN:
-        yield from ((row, 0) for row in (normal, tangent) if row is not None)
+        yield from ((row, 0) for row in (normal, *tangents) if row is not None)
         return
     if normal is not None:
         stiffness = element.stiffness if isinstance(element, Stop) else None
         yield normal, None if stiffness is None else -stiffness * normal.gap
-    if tangent is not None:
-        sign = {STICKS: 0, FORWARD: -1, BACKWARD: 1}[state]
-        yield tangent, sign * element.coefficients[0] * _find_load(element) if sign else None
+    size, *parts = forces.slip or (1, -1 if state == BACKWARD else 1)
+    for row, part in zip(tangents, parts, strict=False):
+        friction = element.coefficients[0] * _find_load(element)
+        yield row, None if state == STICKS else -friction * part / size
 
 
 def _find_place(
@@ -615,7 +756,8 @@ def _is_singular(matrix: Any) -> bool:
 @lru_cache(maxsize=1000)  # modes share most of their denominators, and many of their formulas
 def _shorten(value: Any) -> Any:
     """Return a formula in factors, short by sin² + cos² = 1."""
-    from sympy import Dummy, Function, Pow, cos, factor_terms, fraction, simplify, sin, together
+    from sympy import Dummy, Function, Pow, cos, factor_terms, fraction, sin, together
+    from sympy.simplify.fu import TR2i, TR10i
 
     # an exponential would be turned over, and overflow where what it stood for is none
     calls = {call: Dummy() for call in value.atoms(Function) - value.atoms(sin, cos)}
@@ -631,7 +773,7 @@ def _shorten(value: Any) -> Any:
     large = any(n.is_Rational and max(abs(n.p), n.q) > LARGEST_FACTORED for n in short.atoms())
     if large or short.count_ops() > MOST_SIMPLIFIED or not short.has(sin, cos):
         return short.xreplace(back)
-    simplified = _factor(simplify(short))
+    simplified = _factor(TR2i(TR10i(short)))  # of all that `simplify` tries at length, these help
     shorter = 4 * simplified.count_ops() <= 3 * short.count_ops()
     return (simplified if shorter else short).xreplace(back)
 
@@ -706,7 +848,9 @@ def _list_conditions(
     forces: _ElementForces, state: str, solution: dict[Any, Any], place: Mapping[Any, Any]
 ) -> Iterator[ModeCondition]:
     """Yield when an element is in a state."""
-    element, normal, tangent = forces
+    from sympy import sqrt
+
+    element, normal, tangents = forces
     ends = isinstance(element, Contact) and element.ends
     if state == OPEN:
         beyond = ", or beyond an end of its side" if ends else ""
@@ -727,12 +871,19 @@ def _list_conditions(
             yield ModeCondition(f"{element.name} presses always")
         else:
             yield ModeCondition(f"never, as {normal.symbol} would be", pressed)
-    if tangent is None:
+    if not tangents:
         return
-    if state != STICKS:
+    acting = [row for row in tangents if solution.get(row.symbol, 0) != 0]
+    tangent, *others = acting or tangents[:1]
+    if state == SLIPS:
+        yield ModeCondition("while", forces.slip[0], ">", 0)
+    elif state != STICKS:
         sign = ">" if state == FORWARD else "<"
         rate = _put(tangent.rate, place) or tangent.rate
         yield ModeCondition("while", _shorten(rate), sign, 0)
+    elif others:  # told by their letters, as a root of two squares would be long
+        size = sqrt(sum(row.symbol**2 for row in acting))
+        yield ModeCondition("sticks if", size, "≤", element.coefficients[1] * _find_load(element))
     elif tangent.symbol in solution:
         load, limit = _find_load(element), element.coefficients[1]
         load = solution.get(load, load)
@@ -756,6 +907,26 @@ def _list_conditions(
             yield ModeCondition("sticks always, as", abs(ratio), "≤", limit)
         else:
             yield ModeCondition("never, as", abs(ratio), ">", limit)
+
+
+def _replace_letters(formula: Any, letters: Mapping[Any, Any]) -> Any:
+    """Return a formula with letters replaced by what they stand for, which may have others."""
+    while formula.free_symbols & letters.keys():
+        formula = formula.xreplace(letters)
+    return formula
+
+
+def _explain_letters(
+    letters: Mapping[Any, Any], formulas: Sequence[Any]
+) -> Iterator[ModeCondition]:
+    """Yield what letters of formulas stand for; letters of a meaning follow in their order."""
+    from sympy import sympify
+
+    asked = set().union(*(sympify(f).free_symbols for f in formulas if f is not None))
+    for letter, meaning in letters.items():
+        if letter in asked:
+            asked |= meaning.free_symbols
+            yield ModeCondition("where", letter, "=", meaning)
 
 
 def _compare(value: Any, sign: str, limit: Any) -> bool | None:

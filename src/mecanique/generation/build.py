@@ -20,7 +20,7 @@ from mecanique.derivation.mechanics.switching import (
     close_contacts,
     name_mode,
 )
-from mecanique.derivation.switching import ModeEquations, Modes, force_symbol, list_letters
+from mecanique.derivation.switching import ModeEquations, Modes, name_forces
 from mecanique.errors import DerivationError, UnknownNameError
 from mecanique.generation.identifiers import file_stem
 from mecanique.generation.mechanics.dynamics import TapeDynamics, dynamics_of
@@ -187,8 +187,7 @@ def build_modes(
     mechanism = modes.mechanism
     known = require_known(mechanism, parameters)
     letters = Letters(close_contacts(mechanism), known)
-    # the equations of modes are derived of contacts that slip along x alone
-    equations = SwitchingEquations(mechanism, letters, idle=lambda name: name.endswith(": y"))
+    equations = SwitchingEquations(mechanism, letters, modes.idle.__contains__)
     terms, values, words = equations.terms, list[Any](), list[str]()
     for element, inside in zip(equations.elements, terms.inside, strict=True):
         for row in element.rows:
@@ -218,6 +217,11 @@ def _list_corners(mechanism: Mechanism, equations: SwitchingEquations) -> Switch
             f"mechanism {mechanism.name!r} has {len(mechanism.switching)} elements that switch, "
             f"whose modes an FMU tries one by one; expected at most {MOST_ELEMENTS}"
         )
+    for element in equations.elements:
+        if len(element.tangents) > 1:
+            raise DerivationError(
+                f"contact {element.name!r} slips in space, whose direction an FMU does not seek"
+            )
     in_joints = [row.offset is not None for e in mechanism.switching for row in e.joint_rows]
     names = [row.name for row in equations.contacts]
     return SwitchingTerms(
@@ -234,8 +238,8 @@ def _list_corners(mechanism: Mechanism, equations: SwitchingEquations) -> Switch
 
 
 def _write_mode(mechanism: Mechanism, equations: SwitchingEquations, mode: ModeEquations) -> Answer:
-    letters, switching = equations.letters, mechanism.switching
-    symbols = [force_symbol(part, e.name) for e in switching for part in list_letters(e)]
+    letters = equations.letters
+    symbols = [s for e in equations.elements for s in name_forces(e.element, len(e.tangents))]
     if mode.unsolved:
         named = name_mode(equations.elements, mode.states)
         drive = accelerate(equations.terms, equations.elements)
@@ -266,15 +270,16 @@ def _identify(*words: str) -> str:
 
 def _write_impacts(equations: SwitchingEquations) -> Iterator[Answer]:
     """Yield the velocities after each element's impact, and its impulses."""
-    for element in filter(lambda element: element.struck, equations.elements):
-        changes, impulses = equations.bounce(element.name)
+    struck = (rows for rows in equations.elements if rows.struck)
+    for element, state in ((rows, state) for rows in struck for state in rows.impacts):
+        changes, impulses = equations.bounce(element.name, state)
         after = [v + dv for v, dv in zip(equations.letters.v, changes, strict=True)]
         quantity = Output(
-            name=_identify("impact", element.name),
+            name=_identify("impact", element.name, state),
             symbol="u",
             takes=("t", "q", "v"),
             meaning=f"velocities after an impact of {element.name} by itself, then its impulses",
-            mode=((element.name, ""),),
+            mode=((element.name, state),),
             struck=True,
         )
         values = values_of([*after, *(impulses[row] for row in element.rows)])

@@ -39,11 +39,12 @@ from mecanique.derivation.mechanics.switching import (
     list_elements,
     name_mode,
     place_of,
+    point_slip,
 )
 from mecanique.derivation.numeric.constraints.rows import Held
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.numeric.paths import driven_paths
-from mecanique.derivation.switching import ModeEquations, derive_modes, force_symbol, list_letters
+from mecanique.derivation.switching import ModeEquations, derive_modes, name_forces
 from mecanique.errors import DerivationError
 from mecanique.model.expression import evaluate
 from mecanique.model.joint_base import Single
@@ -93,7 +94,7 @@ def compare_modes(
             "fewer elements that switch"
         )
     letters = None
-    if count <= IN_LETTERS and all(len(element.tangents) < 2 for element in bench.elements):
+    if count <= IN_LETTERS:
         with suppress(DerivationError):  # what is not written out is compared in numbers
             letters = derive_modes(mechanism)
     if letters is not None:
@@ -276,9 +277,9 @@ class _Bench:
         """Compare modes that are solved in letters."""
         rows, notes = list[Row](), list[str]()
         symbols = [
-            force_symbol(letter, element.name)
-            for element in self.mechanism.switching
-            for letter in list_letters(element)
+            symbol
+            for rows in self.elements
+            for symbol in name_forces(rows.element, len(rows.tangents))
         ]
         for mode in modes:
             label = ", ".join(mode.states.values())
@@ -394,8 +395,7 @@ class _Bench:
     ) -> tuple[Array, Array, Array]:
         """Return accelerations, the force along each row, and the system's condition."""
         (n, nv), elements = terms.load.shape, self.elements
-        angle = 1.0 + np.arange(n)  # of slip in space, another at each state
-        mode = name_mode(elements, states, (np.cos(angle), np.sin(angle)))
+        mode = point_slip(elements, name_mode(elements, states), terms.rates, np.hypot)
         held = hold(terms, elements, mode, drive)
         size = nv + len(held.rows)
         system, right = np.zeros((n, size, size)), np.zeros((n, size))

@@ -300,6 +300,19 @@ def name_mode(
     return tuple(ElementState(name, directions.get(name, ())) for name in named)
 
 
+def point_slip(
+    elements: Sequence[ElementRows], mode: Mode, rates: Scalars, length: Callable[..., Any]
+) -> Mode:
+    """Return a mode in which what slips in space does so along its slip in the state."""
+    pointed = []
+    for rows, state in zip(elements, mode, strict=True):
+        if state.name == SLIPS and not state.direction:
+            slip = [rates.T[row] for row in rows.tangents]
+            state = replace(state, direction=tuple(part / length(*slip) for part in slip))
+        pointed.append(state)
+    return tuple(pointed)
+
+
 class ModeProblem(NamedTuple):
     """What a mode is solved for: accelerations under loads, or changes of velocities."""
 

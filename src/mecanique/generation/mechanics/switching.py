@@ -22,6 +22,7 @@ from mecanique.derivation.mechanics.switching import (
     joint_terms,
     list_elements,
     name_mode,
+    point_slip,
     solve_held,
 )
 from mecanique.generation.mechanics.dynamics import Tree
@@ -116,6 +117,7 @@ class SwitchingEquations:
 
     def solve(self, mode: Mode, drive: ModeProblem) -> tuple[Scalars, Scalars]:
         """Return the accelerations or changes of velocities, and the force along each row."""
+        mode = point_slip(self.elements, mode, self.terms.rates, self.length)
         held = hold(self.terms, self.elements, mode, drive)
         symmetric = (held.friction == np.eye(len(self.terms.gaps))[held.rows]).all()
 

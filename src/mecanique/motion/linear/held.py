@@ -74,12 +74,13 @@ class HeldMode:
     def close(self, q: Array, t: float, fixed: int | None = None) -> Array:
         """Return the position next to q where what is closed touches; one velocity may be fixed."""
         q = self.rates.normalize(np.array(q, dtype=float))
-        moving = [k for k in range(self.mechanism.nv) if k != fixed]
+        moving, widest = [k for k in range(self.mechanism.nv) if k != fixed], np.inf
         for _ in range(CLOSINGS):
             terms, rows = self.hold(q, t, gaps=True)
-            gaps = terms.gaps[rows]
+            gaps, last = terms.gaps[rows], widest
             widest = float(np.abs(gaps).max(initial=0.0)) / self._corners.length
-            if widest <= NO_GAP:
+            # by the rounding of one number gaps stay as wide as they are
+            if widest <= NO_GAP or last <= widest <= CLOSED_GAP:
                 return q
             step = np.zeros(self.mechanism.nv)
             mass, slopes = terms.mass[np.ix_(moving, moving)], terms.jacobian[:, moving]
@@ -166,7 +167,7 @@ class ModeMotion:
 
     def velocity(self, q: Array, w: Array) -> Array:
         """Return v, shape (nv,), from the independent velocities at a closed position."""
-        return self._complete(q, w[:, None], None)[:, 0]
+        return self._complete(q, w[:, None], None)[:, 0] if w.any() else np.zeros(len(self.tangent))
 
     def acceleration(self, q: Array, v: Array, rate: Array) -> Array:
         """Return v', shape (nv,), from the independent velocities' rates in a closed state."""

@@ -29,7 +29,7 @@ from mecanique.derivation.mechanics.switching import (
     accelerate,
     list_present_margins,
 )
-from mecanique.derivation.switching import force_symbol, list_letters
+from mecanique.derivation.switching import name_forces
 from mecanique.derivation.tolerances import (
     CLOSED_GAP,
     DEAD,
@@ -260,8 +260,7 @@ class Corners:
                     both = (parts[element.name, element.body, kind] for kind in _KINDS)
                     wrenches.setdefault(element.name, []).append(sum(both, np.zeros(6)))
                     continue
-                for letter, row in zip(list_letters(element), rows.rows, strict=True):
-                    name = force_symbol(letter, element.name)
+                for name, row in zip(name_forces(element, 0), rows.rows, strict=True):
                     along.setdefault(name, []).append(float(forces[row]))
         return (
             {name: np.array(values) for name, values in wrenches.items()},

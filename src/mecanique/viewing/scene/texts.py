@@ -58,6 +58,12 @@ def document_of(
 ) -> SceneText:
     """Return the texts of a motion's page."""
     mechanism: Mechanism = motion.described
+    refused = ""
+    if mechanism.switching and modes is None:
+        try:
+            modes = derive_modes(mechanism, most=READABLE)
+        except MecaniqueError as error:
+            refused = f"They are not written out: {error}."
     # other methods have reactions among their symbols, which the equations of motion have not
     symbolic = [derived.document for derived in equations if derived.symbolic]
     lists = [derived.symbols() for derived in symbolic]
@@ -69,9 +75,9 @@ def document_of(
         about=symbolic[0].introduction if symbolic else " ".join(about),
         source=known.source if known else "",
         figure=_figure(motion),
-        symbols=min(lists, key=len) if lists else _symbols_of(mechanism, equations),
+        symbols=min(lists, key=len) if lists else _symbols_of(mechanism, equations, modes),
         method=method,
-        derivations=tuple(_derivations(mechanism, equations, modes)),
+        derivations=tuple(_derivations(mechanism, equations, modes, refused)),
         verdict=table_of(verdict) if verdict is not None else VerdictTable(),
         parameters=tuple(_parameters(mechanism)),
         initial=tuple(_initial(motion)),
@@ -146,7 +152,7 @@ def _write_out(document: Document, latex: str) -> ShownDerivation:
 
 
 def _derivations(
-    mechanism: Mechanism, equations: Sequence[Equations], modes: Modes | None
+    mechanism: Mechanism, equations: Sequence[Equations], modes: Modes | None, refused: str = ""
 ) -> Iterator[ShownDerivation]:
     with suppress(MecaniqueError):  # of a motion that is steady for some parameters alone
         if not all(map(fits_page, equations)) and (ride := expand_start(mechanism)):
@@ -156,12 +162,8 @@ def _derivations(
     if not mechanism.switching:
         return
     title = "Equations of motion in each mode"
-    try:
-        modes = modes or derive_modes(mechanism, most=READABLE)
-    except MecaniqueError as error:
-        yield ShownDerivation(
-            title, (DerivationStep("", "", f"They are not written out: {error}."),)
-        )
+    if modes is None:
+        yield ShownDerivation(title, (DerivationStep("", "", refused),))
         return
     blocks = []
     for mode in modes.modes:
@@ -176,13 +178,14 @@ def _derivations(
 
 
 def _symbols_of(
-    mechanism: Mechanism, equations: Sequence[Equations]
+    mechanism: Mechanism, equations: Sequence[Equations], modes: Modes | None
 ) -> tuple[tuple[str, str], ...]:
     """The symbols of equations that are a list of results, by Lagrange's method if there."""
     from mecanique.generation.named_results import write_recursion
 
     if mechanism.switching:
-        return tuple((letter(name), meaning) for name, meaning in list_symbols(mechanism))
+        named = modes.symbols if modes is not None else list_symbols(mechanism)
+        return tuple((letter(name), meaning) for name, meaning in named)
     for equations_ in sorted(equations, key=lambda derived: derived.method != "lagrange"):
         with suppress(MecaniqueError):
             return write_recursion(equations_).symbols()
