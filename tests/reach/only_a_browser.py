@@ -72,6 +72,11 @@ def main() -> None:
     assert mq.picture(double).svg.startswith("<svg")
     pendulum = mq.textbook.load("rigid_bar_pendulum")
     assert mq.check(pendulum, "q'' + 3 g sin(q)/(2 l) = 0").outcome == "right"
+    for text in (mq.convert(pendulum, form).text for form in ("URDF", "MJCF", "SDF")):
+        for form in ("URDF", "MJCF", "SDF"):
+            conversion = mq.convert(mq.read(text), form)
+            assert conversion.proved
+            assert conversion.worst < 1e-12
     refused = ""
     try:
         mq.generate(mq.derive(pendulum), target="python")

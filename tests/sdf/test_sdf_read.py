@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -317,6 +318,24 @@ def test_lint_says_what_is_wrong_with_it(tmp_path: Path) -> None:
     assert "expected URDF with --fix, --json, --sarif or --meshes, got SDF" in result.output
 
 
+LIMITED = "<axis><xyz>0 0 1</xyz><limit><velocity>2.5{}</velocity></limit></axis>"
+
+
+def test_a_stray_quotation_mark_is_read_over_as_libsdformat_does() -> None:
+    text = model(TWO + joint("r", "a", "b", LIMITED))
+    plain, stray = (read_sdf(text.format(mark)) for mark in ("", '"'))
+    assert "stray quotation marks (1)" in stray.about
+    assert replace(stray, about=plain.about) == plain
+
+
+def test_the_oldest_version_and_sounds_are_read_as_drake_does() -> None:
+    old = PLAIN.replace(PLAIN[PLAIN.index("<sdf") : PLAIN.index(">") + 1], '<sdf version="1.3">')
+    assert read_sdf(old) == read_sdf(old.replace("1.3", "1.4"))
+    start, end = old.index("<model"), old.index("</sdf>")
+    world = f'{old[:start]}<world name="w"><audio/>{old[start:end]}</world></sdf>'
+    assert read_sdf(world).about == "Read from SDF, without sounds (1)."
+
+
 def test_commands_take_it_and_say_what_is_left_out(tmp_path: Path) -> None:
     file = tmp_path / "robot.sdf"
     extra = '<plugin name="p" filename="f"/><sensor name="s" type="imu"/>'
@@ -333,9 +352,11 @@ def test_commands_take_it_and_say_what_is_left_out(tmp_path: Path) -> None:
     ("text", "said"),
     [
         ("<mujoco/>", "line 1: expected <sdf> as the outermost element, not <mujoco>"),
-        ('<sdf version="2.0"/>', "expected version 1.4 to 1.12, got '2.0'"),
+        ('<sdf version="2.0"/>', "expected version 1.3 to 1.12, got '2.0'"),
         ('<sdf version="1.9"/>', "expected one <model> or <world>, got 0"),
-        (model("<cat/>"), "<cat> in <model> is not read"),
+        (model("<cat/>"), "<cat> in <model> is not read; leave it out, or say the same by what is"),
+        (model('<link name="world"/>'), "line 1: the name 'world' is reserved; give it another"),
+        (model('<link name="__a__"/>'), "line 1: the name '__a__' is reserved; give it another"),
         (model("<link/>"), "<link> has no name"),
         (model(A + A), "the name 'a' is there already"),
         (

@@ -40,7 +40,7 @@ def read(
     velocities of a free body are in its own axes. A body's frame stands at the anchor of its last
     joint. What the dynamics do without is listed in `mechanism.about`.
 
-    Of SDF 1.4 to 1.12 are read: models in models or included, frames with all their attributes,
+    Of SDF 1.3 to 1.12 are read: models in models or included, frames with all their attributes,
     links with their inertias (1 kg and 1 kg m² where none are stated), all joints but `revolute2`
     and `gearbox`, springs and damping in them, limits, mimics and rotors. A joint to a link that
     another joint carries already closes a loop, unless its parent can hang on it. A model that

@@ -1,6 +1,6 @@
 """SDF, Gazebo's format, read and written.
 
-Versions 1.4 to 1.12 are read as libsdformat and Drake mean them (sdformat.org, "Specification" and
+Versions 1.3 to 1.12 are read as libsdformat and Drake mean them (sdformat.org, "Specification" and
 "Pose frame semantics"); tests compare mass matrix and bias with Drake's. Every link that nothing
 joins to the world floats in it. What the dynamics do without (contacts, sensors, plugins, friction)
 is listed in `Mechanism.about`; what would change them and is not read is refused by name.
@@ -79,6 +79,7 @@ _MOST_DEPTH = 20
 
 _OMITTED = {
     "actor": "actors",
+    "audio": "sounds",
     "audio_sink": "sounds",
     "audio_source": "sounds",
     "battery": "batteries",
@@ -230,8 +231,8 @@ class _Reader(Source):
             raise self.refuse(root, f"expected <sdf> as the outermost element, not <{root.tag}>")
         text = root.attributes.get("version", "")
         major, _, minor = text.partition(".")
-        if major != "1" or not minor.isdigit() or not 4 <= int(minor) <= 12:
-            raise self.refuse(root, f"expected version 1.4 to 1.12, got {text[:20]!r}")
+        if major != "1" or not minor.isdigit() or not 3 <= int(minor) <= 12:
+            raise self.refuse(root, f"expected version 1.3 to 1.12, got {text[:20]!r}")
         self._version = (1, int(minor))
         inside = [child for child in root.children if child.tag in ("model", "world")]
         for child in root.children:
@@ -265,7 +266,9 @@ class _Reader(Source):
             return np.array(values)
         plural = "number" if len(values) == 1 else "numbers"
         wanted = f"expected {len(values)} finite {plural} in <{tag}>"
-        numbers = self.split(child, child.text, wanted)
+        if '"' in child.text:  # libsdformat reads over it
+            self.omitted["stray quotation marks"] += 1
+        numbers = self.split(child, child.text.replace('"', " "), wanted)
         if len(numbers) != len(values):
             raise self.refuse(child, f"{wanted}, got {child.text[:60]!r}")
         return np.array(numbers)
@@ -319,13 +322,15 @@ class _Reader(Source):
         name = element.attributes.get("name", "")
         if not name:
             raise self.refuse(element, f"<{element.tag}> has no name")
+        if element.tag != "world" and (name == GROUND or name[:2] == name[-2:] == "__"):
+            raise self.refuse(element, f"the name {name!r} is reserved; give it another")
         return name
 
     # frames
 
     def _add_frame(self, element: Element, scope: _Scope, name: str, frame: _Frame) -> None:
         if name in scope.frames:
-            raise self.refuse(element, f"the name {name!r} is there already")
+            raise self.refuse(element, f"the name {name!r} is there already; give it another")
         scope.frames[name] = frame
 
     def _frame(self, element: Element, scope: _Scope) -> None:
@@ -346,7 +351,7 @@ class _Reader(Source):
         if name == GROUND:
             assert self._ground.frame is not None
             return self._ground.frame
-        raise self.refuse(at, f"there is no link, frame or joint {name!r} here")
+        raise self.refuse(at, f"there is no link, frame or joint {name!r} here; mend the name")
 
     def _place(self, frame: _Frame) -> Array:
         """Return the pose of a frame in the world."""
@@ -398,7 +403,7 @@ class _Reader(Source):
         merges = around.tag == "include" and around.attributes.get("merge") in ("true", "1")
         name = f"_merged__{name}__model__" if merges else name
         if name in outer.inner or name in outer.frames:
-            raise self.refuse(around, f"the name {name!r} is there already")
+            raise self.refuse(around, f"the name {name!r} is there already; give it another")
         scope = _Scope(f"{outer.name}{name}::" if prefixed else "", outer)
         if merges:
             scope.name = outer.name
@@ -426,7 +431,9 @@ class _Reader(Source):
             # what was read stands in the outer model, too, but keeps its own names of frames
             frames = {key: frame for key, frame in scope.frames.items() if frame is not model_frame}
             if taken := outer.frames.keys() & frames.keys():
-                raise self.refuse(around, f"the name {min(taken)!r} is there already")
+                raise self.refuse(
+                    around, f"the name {min(taken)!r} is there already; give it another"
+                )
             outer.frames.update(frames)
             outer.inner.update(scope.inner)
         if placed:
@@ -617,7 +624,10 @@ class _Reader(Source):
             )
             joint.pose = self._place(scope.frames[self._name(element)])
             if joint.parent is joint.child:
-                raise self.refuse(element, f"it joins link {joint.child.name!r} to itself")
+                raise self.refuse(
+                    element,
+                    f"it joins link {joint.child.name!r} to itself; mend <parent> or <child>",
+                )
             if joint.child.static:
                 self.omitted["joints of static models"] += 1
             elif joint.child.name in carrier:
@@ -736,7 +746,7 @@ class _Reader(Source):
         """Add a joint with one coordinate, its spring, its damper and what it follows."""
         element, name = joint.element, joint.name
         if axis is None:
-            raise self.refuse(element, f"a joint of type {kind!r} has no <axis>")
+            raise self.refuse(element, f"a joint of type {kind!r} has no <axis>; state one")
         x, y, z = self._direction(joint, axis).tolist()
         bounds = axis.child("limit")
         names = {"lower": -math.inf, "upper": math.inf, "effort": math.inf, "velocity": math.inf}

@@ -145,6 +145,10 @@ class Source:
 
     def refuse(self, element: Element, message: str) -> InputError:
         """Return an error that names the file and the line of an element."""
+        if message.endswith("is not read"):
+            by_mass = "inertia" in message or "mesh" in message
+            way = "state <inertial> in its body" if by_mass else "leave it out"
+            message += f"; {way}, or say the same by what is read"
         place = element.file or (str(self.file) if self.file else "")
         return InputError(
             f"{place}:{element.line}: {message}" if place else f"line {element.line}: {message}"

@@ -195,7 +195,8 @@ class Reduced:
             if given and float(np.abs(off[0]).max(initial=0.0)) < ON_LOOPS:
                 off[0] = 0.0
             size = float(np.abs(off).max(initial=0.0))
-            if size < 1e-15 or (size < 1e-10 and size >= last):
+            most = max(float(np.abs(c[:, order]).max()), 1.0)
+            if size < 1e-15 or (size < 1e-10 * most and size >= last):
                 break
             last = size
             c[dependent, order] -= np.moveaxis((inverse @ off[..., None])[..., 0], -1, 0)
