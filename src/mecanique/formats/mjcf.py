@@ -1209,7 +1209,7 @@ class _Reader(Source):
             for way, site in zip(ways, (at_a, at_b), strict=True):
                 end = site[:, 3]
                 for joint in reversed(way[shared:]):
-                    end = self._pose_in_letters(tendon.element, joint) @ end
+                    end = pose_of(joint.origin) @ _motion_of(joint, {})[0] @ end
                 ends.append(end[:3])
             length = length + share * sqrt(sum((ends[1] - ends[0]) ** 2))
         what = f"armature, branches and powers of tendon {tendon.name!r}"
@@ -1245,9 +1245,6 @@ class _Reader(Source):
             way.insert(0, carriers[body])
             body = carriers[body].parent
         return way
-
-    def _pose_in_letters(self, element: Element, joint: Joint) -> Array:
-        return np.asarray(pose_of(joint.origin) @ _motion_of(joint, {})[0])
 
     def _measure_along(self, tendon: _Tendon) -> tuple[str, float]:
         """Return the joint of a tendon's length and a factor; if there is none, one follows."""
