@@ -15,11 +15,11 @@ from mecanique.checking.budget import bound_work
 from mecanique.checking.conventions import Prompt, read_as_usual
 from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import ReadText, define, define_joint_positions
+from mecanique.checking.grammar.tape import find_error, find_rounding
 from mecanique.checking.grammar.tree import Node
 from mecanique.checking.judgement.formula import (
     Judged,
     count_independent,
-    find_rounding,
     judge_formula,
 )
 from mecanique.checking.judgement.motion import CommonFactors, Residual, count_missing, count_rank
@@ -154,7 +154,8 @@ class Checker:
 
     def _judge(self, text: str, ask: str, let: Sequence[str] | Mapping[str, str]) -> Check:
         letters, quantity = self.find_letters(ask, let)
-        answer = read_as_usual(text, letters, Prompt(self.mechanism, ask, quantity))
+        prompt = Prompt(self.mechanism, ask, quantity, self.truth.changing)
+        answer = read_as_usual(text, letters, prompt)
         text, reading = answer.text, answer.reading
         judged = self._compare(reading, quantity, self.truth, text)
         held = self._hold_numbers(judged, reading, quantity, ask, text)
@@ -269,7 +270,7 @@ class Checker:
         if motion and residual is not None and not residual.holds:
             if usual and self.search.has_unit_fault(residual, text):
                 return judged
-            return replace(judged, rounding=find_rounding(residual, text))
+            return replace(judged, rounding=find_rounding(residual.tape, residual.values, text))
         if not judged.holds:
             return judged
         if usual and self._is_proven(judged, quantity):
@@ -328,17 +329,26 @@ class Checker:
         except InputError:
             return []
         search = Search(truth, reading.letters, with_numbers=True)
-        return search.explain(self._compare(reading, asked, truth, text), asked, text, {})
+        judged = self._compare(reading, asked, truth, text)
+        explained = search.explain(judged, asked, text, {})
+        for k, residual in enumerate(formula.residual for formula in judged):
+            if residual is not None and not (explained[k] or judged[k].holds):
+                error = find_error(residual.tape, residual.values)
+                explained[k] = (Mistake("number", error),) if error else ()
+        return explained
 
     def _list_numbers(self, written: set[str]) -> Iterator[tuple[frozenset[str], tuple[str, ...]]]:
         """Yield the parameters that still vary where others are numbers, and the form that it is.
 
-        First those that the question does not give have letters, then those that are written.
+        First those that the question does not give have letters, then those that are written, and
+        last those that are not given, though they be written.
         """
         if stated := self._given - written:
             yield self._parameters - stated, ()
         if not self._parameters <= written:
             yield self._parameters & written, (_VALUES_ONLY,)
+        if self._given & written:
+            yield self._parameters - self._given, (_VALUES_ONLY,)
 
     def _is_proven(self, judged: Judged, quantity: AskedQuantity) -> bool:
         """Return whether a formula that holds can also be proven by algebra."""

@@ -14,10 +14,11 @@ from typing import final
 
 import numpy as np
 
-from mecanique.checking.grammar.letters import KnownLetters, key_of
+from mecanique.checking.grammar.letters import Kind, KnownLetters, key_of
 from mecanique.checking.grammar.reader import ReadText, define, eliminate, read_answer
 from mecanique.checking.grammar.states import write_states_out
-from mecanique.checking.judgement.quantities import ENERGIES, AskedQuantity
+from mecanique.checking.judgement.equilibria import NOWHERE
+from mecanique.checking.judgement.quantities import ACROSS, ENERGIES, AskedQuantity
 from mecanique.errors import FormulaError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import units as units_of
@@ -33,6 +34,8 @@ class Prompt:
     mechanism: Mechanism
     ask: str
     quantity: AskedQuantity
+    # rates that change: constraints hold the others
+    changing: Sequence[str]
 
     @property
     def topic(self) -> str:
@@ -112,14 +115,28 @@ def _write_matrix_out(text: str, letters: KnownLetters, prompt: Prompt) -> _Writ
     for name in ("I", f"I{count}") if count > 1 else ():
         if letters.find(name) is None:
             letters = define(f"{name} = {np.eye(count, dtype=int).tolist()}", letters)[2]
-    return _list_entries(text), letters
+    if letters.find(ACROSS) is None:
+        kinds: dict[str, Kind] = {**letters.kinds, ACROSS: "other"}
+        letters = replace(letters, kinds=kinds)
+    return _list_entries(_SYMMETRIC.sub(ACROSS, text)), letters
 
+
+_SYMMETRIC = re.compile(r"(?<![A-Za-z])sym(?:m(?:etric)?)?(?![A-Za-z(])\.?")
+"""What stands below the diagonal of a matrix in print."""
 
 _NUMBERED = re.compile(r"(?<![A-Za-z\\])\\?([^\W\d_]{1,20})_?\{?(\d)\}?(?![\w'])")
 """A letter with a number, as q_2."""
 
 _ITEM = re.compile(r"(?<![^\s,;])\((?:i{1,3}|iv|[a-d1-9])\)(?=\s)")
 """What numbers positions in a row, as (i) … (ii) …."""
+
+
+_NO_POSITION = re.compile(
+    r"[\s$]*(?:(?:there (?:is|are) )?(?:none|no(?: such)?(?: equilibri(?:um|a))?(?: positions?)?)"
+    r"|∅|\\(?:varnothing|emptyset)|\\?\{\s*\\?\})[\s.$]*",
+    re.IGNORECASE,
+)
+"""What says that there is no equilibrium."""
 
 
 def _write_positions_out(text: str, letters: KnownLetters, prompt: Prompt) -> _Written:
@@ -130,6 +147,9 @@ def _write_positions_out(text: str, letters: KnownLetters, prompt: Prompt) -> _W
         known = key_of(match[1]) == key_of(names[0]) and letters.find(match[1] + match[2]) is None
         return names[0] if known else match[0]
 
+    if _NO_POSITION.fullmatch(text):
+        kinds: dict[str, Kind] = {**letters.kinds, NOWHERE: "other"}
+        return NOWHERE, replace(letters, kinds=kinds)
     text = _ITEM.sub("\n", text)
     if len(names) == 1:
         text = _NUMBERED.sub(drop_number, text)
@@ -163,6 +183,27 @@ def _drop_constant(text: str, letters: KnownLetters, _: Prompt) -> _Written:
         return match[0] if letters.find(match[1]) else ""
 
     return _PLUS_CONSTANT.sub(drop, text), letters
+
+
+_RATE_OF_AREA = re.compile(r"(?<![\w\\])d ?([A-Z]) ?/ ?d ?t ?=(?=[^\n]{0,200}[a-z])")
+"""The rate of a letter that an integral may be named by, as Kepler's second law is."""
+
+
+def _drop_rate_of_area(text: str, letters: KnownLetters, _: Prompt) -> _Written:
+    """Leave out the name dA/dt of a conserved quantity."""
+    return _RATE_OF_AREA.sub("", text), letters
+
+
+def _name_constants(
+    text: str, letters: KnownLetters, prompt: Prompt, unknown: Sequence[str]
+) -> _Written | None:
+    """Know the letters that stand alone on a side as names of a conserved quantity."""
+    sides = {re.sub(r"[\\{}$\s.]|\(?const\w*\)?", "", side) for side in re.split(r"[=\n;,]", text)}
+    alone = [name for name in unknown if name in sides or key_of(name) in map(key_of, sides)]
+    if prompt.quantity.kind != "conserved" or not alone:
+        return None
+    kinds: dict[str, Kind] = {**letters.kinds, **dict.fromkeys(alone, "other")}
+    return text, replace(letters, kinds=kinds)
 
 
 def _write_program_out(text: str, letters: KnownLetters, prompt: Prompt) -> _Written:
@@ -255,7 +296,7 @@ def _name_accelerations(
     units, named = units_of(prompt.mechanism), list[str]()
     for name in unknown:
         unit = _ACCELERATIONS.get(key_of(name))
-        rates = [rate for rate in prompt.mechanism.velocities if units.get(rate) == unit]
+        rates = [rate for rate in prompt.changing if units.get(rate) == unit]
         if unit and len(rates) == 1:
             letters = define(f"{name} = {rates[0]}'", letters)[2]
             named.append(f"{name} = {rates[0]}'")
@@ -296,7 +337,8 @@ _VALUES = re.compile(
 _OR = re.compile(r"\b(?:and|or|und|oder)\b")
 _LISTED = re.compile(r"(?<![^=;()\n])([^=;()\n]+)=([^=;()\n]+)")
 _REMARK = re.compile(
-    r"(?<![ ,;])[ ,;]*(?:(?:\band )?\b\w+ (?:is )?(?:arbitrary|any|free|beliebig)\b"
+    r"(?<![ ,;])[ ,;]*(?:(?:\band )?\b\w+ (?:is |(?:may|can) (?:be|have|take) )?"
+    r"(?:arbitrary|any|free|beliebig)\b(?: values?\b)?"
     r"|\bany \w+\b(?![ ]*[=(])"
     r"|(?:∀ ?|\\forall ?)?\b\w+ ?(?:∈|\\in\b) ?(?:ℝ|R\b|\\mathbb ?\{? ?R ?\}?|\\R\b)"
     r"|∀ ?\w+\b"
@@ -350,6 +392,31 @@ def _list_positions(text: str, names: Sequence[str]) -> str:
     return write_out(positions) or text
 
 
+_COUNTED = re.compile(
+    r"[,;\s]{0,3}\(?(?:for |für )?(?<![A-Za-z\\_])(?P<name>[A-Za-z]) ?(?:=|∈|\\in\b) ?\\?\{?"
+    r"(?P<list>\d(?:[\d ,.…–-]|\\[lc]?dots\b|\bto\b|\bbis\b){1,60})\\?\}?\)?[\s.$]*$"
+)
+"""Numbers that a letter stands for, as in j = 1, …, 5."""
+
+
+def _count_out(text: str, letters: KnownLetters, _: Prompt) -> _Written:
+    """Write omega_j = …, j = 1, …, 5 as an equation for each number."""
+    counted = _COUNTED.search(text)
+    if counted is None or letters.find(counted["name"]) is not None:
+        return text, letters
+    numbers = [*map(int, re.findall(r"\d{1,3}", counted["list"]))]
+    if re.search(r"\.\.|…|dots|[–-]|to|bis", counted["list"]):
+        numbers = [*range(numbers[0], numbers[-1] + 1)]
+    formula, name = text[: counted.start()], counted["name"]
+    subscript = re.compile(rf"_(?:\{{{name}\}}|{name}(?![A-Za-z0-9]))")
+    factor = re.compile(rf"(?<![A-Za-z\\_]){name}(?![A-Za-z])")
+    lines = (factor.sub(f"({k})", subscript.sub(str(k), formula)) for k in numbers[:_MOST_COUNTED])
+    return "\n".join(lines), letters
+
+
+_MOST_COUNTED = 20
+"""As many numbers are inserted for a letter."""
+
 _Rewriting = Callable[[str, KnownLetters, Prompt], _Written]
 _Naming = Callable[[str, KnownLetters, Prompt, Sequence[str]], _Written | None]
 
@@ -358,12 +425,14 @@ _REWRITINGS: Mapping[str, tuple[_Rewriting, ...]] = {
     "state space": (_write_program_out,),
     "matrix": (_drop_arguments, _write_matrix_out),
     "equilibrium": (_drop_arguments, _write_positions_out),
-    "energy": (_drop_arguments, _drop_constant),
+    "several": (_drop_arguments, _count_out),
+    "energy": (_drop_arguments, _drop_rate_of_area, _drop_constant),
     "momentum": (_drop_arguments, _drop_slope),
 }
 _NAMINGS: Mapping[str, _Naming] = {
     "motion": _name_vector,
     "state space": _name_states,
     "transfer function": _name_transform,
+    "energy": _name_constants,
 }
 """What defines the letters that an answer leaves unsaid."""

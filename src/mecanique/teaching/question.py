@@ -10,6 +10,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.checking.check import Checker
 from mecanique.checking.grammar.tape import FormulaTape
+from mecanique.checking.judgement.formula import list_oscillating
 from mecanique.checking.judgement.quantities import AskedQuantity, measure
 from mecanique.checking.judgement.truth import Sample
 from mecanique.errors import InputError
@@ -74,7 +75,8 @@ def describe_question(mechanism: Mechanism, ask: str, seed: int = 0) -> dict[str
         if quantity.kind == "several":
             known = [measure(omega, quantity.letters) for omega in quantity.values]
             measures = [table_of(_keep_finite(omegas)) for omegas in known]
-            return {"kind": "several", "measures": measures}
+            oscillating = list_oscillating(quantity)
+            return {"kind": "several", "measures": measures, "oscillating": oscillating}
         answer: dict[str, Any] = {"values": _list(quantity.values)}
         if quantity.again is not None:
             values, states = quantity.again

@@ -58,6 +58,8 @@ _FONT = re.compile(rf"\\(?:{_FONTS})\s*\{{\s*(?P<word>(?:[A-Za-z0-9]|\\?_)+)\s*\
 
 
 _REWRITES = (
+    # Maple: diff(q(t), t$2)
+    (re.compile(r"(?<=,)\s?(t)\$(?=\d\s?\))"), r"\1,"),
     # modules of Python
     (re.compile(r"(?<![\w.])(?:np|numpy|math|cmath|sp|sym|sympy|jnp)\.(?=[A-Za-z])"), ""),
     (re.compile(r"\b(?:array|asarray)(?=\()"), "Matrix"),
@@ -318,6 +320,13 @@ _INTEGER = re.compile(
     r"|[,;]?[^\S\n]?\(?(?:where |with |for |and )?[A-Za-z] ?= ?(?:[-+±]?\d, ?){1,9}[-+±]?"
     r"(?:…|\.\.\.|\\l?dots(?![A-Za-z]))\)?"
 )
+_DIGITS = re.compile(
+    r"\(?(?<![A-Za-z])(?:(?:rounded |gerundet )?(?:to|auf) )?\d{1,2} "
+    r"(?:significant |decimal |signif\.? |sig\.? )?"
+    r"(?:figures?|digits?|decimals?|places?|figs?\.?|Stellen|Dezimalen|s\.?f\.?|d\.?p\.?)(?![A-Za-z])\)?"
+)
+"""How many digits a number is given to."""
+
 _ALMOST_EQUAL = re.compile(r"≈|≃|≅|\\approx(?![A-Za-z])|\\simeq(?![A-Za-z])|\\cong(?![A-Za-z])")
 _APPROXIMATELY = re.compile(rf"(?:{_ALMOST_EQUAL.pattern})(?:(?!\\\\|,\s)[^\n;])*")
 
@@ -604,9 +613,7 @@ class Scanner:
             return self._method(match)
         if match := _SIGN.match(text, at):
             end = self._put(*_FIXED[match[0]], at, match.end())
-            # a letter behind a bracket may be one that the text defines
-            follows = _UNIT.match(text, end) if sign == ")" else None
-            return self._measure(end) if follows and follows["unit"] not in "NJWm" else end
+            return self._measure(end, behind_bracket=True) if sign in ")}" else end
         if match := _END_OF_SENTENCE.match(text, at):
             return match.end()
         remedy = _REMEDIES.get(sign, "expected letters, numbers and + - * / ^ ( ) =")
@@ -647,13 +654,17 @@ class Scanner:
         self._put("NUMBER", written, start, end)
         return self._measure(end)
 
-    def _measure(self, end: int) -> int:
+    def _measure(self, end: int, *, behind_bracket: bool = False) -> int:
         """Read the unit behind a number or a bracket, if any; return the position after it."""
         unit_match = _UNIT.match(self._plain, end)
         if unit_match is None:
             return end
         unit = re.sub(r"[\s{}]", "", unit_match["unit"])
         letters = re.findall(r"[A-Za-z]+", unit)
+        if behind_bracket and unit in "NJWm":
+            return end  # a letter that the text may define
+        if behind_bracket:
+            letters = [*"".join(letters)]  # km may be the product of two
         if letters and all(self.letters.find(word) is not None for word in letters):
             return end
         symbol, factor = UNITS[unit]
@@ -850,7 +861,8 @@ class Scanner:
         for match in _BETWEEN.finditer(self._plain):
             if self.letters.find(match["slope"] or match["sum"]) is None:
                 remarks.append(match.span())
-        remarks += [match.span() for match in _INTEGER.finditer(self._plain)]
+        for remark in (_INTEGER, _DIGITS):
+            remarks += [match.span() for match in remark.finditer(self._plain)]
         if self.letters.find("Sigma") is None:
             for match in _SUM_OF_FORCES.finditer(self._plain):
                 chained = "=" in (match["sum"] or "")

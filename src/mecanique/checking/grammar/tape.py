@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cache, reduce
 from operator import mul
 from typing import Any, TypeAlias, final
@@ -271,6 +273,50 @@ def _root(target: Array, below: list[Array]) -> Array:
     odd = np.mod(exponent, 2) == 1
     signed = np.where(even, np.sign(base) * size, np.where(odd, np.sign(target) * size, size))
     return np.where((target < 0) & ~odd, np.nan, signed)
+
+
+_WRITTEN = re.compile(r"\d*[.,](\d+)")
+
+
+def find_rounding(tape: FormulaTape, values: FormulaValues, text: str) -> str:
+    """Return the rounded number for which a formula is not zero, and what it is more exactly."""
+    wanted = needed_values(tape, values, np.zeros_like(values.whole))
+    finite = np.isfinite(values.whole) & np.isfinite(values.size)
+    for node, exact in zip(tape.nodes, wanted, strict=True):
+        written = _WRITTEN.fullmatch(text[node.start : node.end])
+        if node.kind != "number" or written is None:
+            continue
+        # zeros behind the decimal mark are digits, those before the first other digit are not
+        digits = re.sub("[.,]", "", text[node.start : node.end]).lstrip("0")
+        usable = finite & np.isfinite(exact)
+        if len(digits) < 2 or usable.sum() < min(3, len(finite)):
+            continue
+        exact = exact[usable]
+        value = float(exact.mean())
+        half = 0.5 * 10.0 ** -len(written[1])
+        near = abs(value - float(node.value)) <= half * (1 + 1e-9)
+        if near and np.ptp(exact) <= 1e-6 * abs(value):
+            simple = Fraction(value).limit_denominator(60)
+            said = (
+                str(simple)
+                if abs(float(simple) / value - 1) < 1e-9
+                else f"{value:.{max(6, len(digits) + 3)}g}"
+            )
+            return f"{text[node.start : node.end]} is rounded: it is {said}"
+    return ""
+
+
+def find_error(tape: FormulaTape, values: FormulaValues) -> str:
+    """Return by how much the only number of a formula is wrong, if it is the same everywhere."""
+    wanted = needed_values(tape, values, np.zeros_like(values.whole))
+    numbers = [k for k, node in enumerate(tape.nodes) if node.kind == "number" and node.value]
+    if len(numbers) != 1:
+        return ""
+    ratio = float(tape.nodes[numbers[0]].value) / wanted[numbers[0]]
+    off = 100 * (float(ratio.mean()) - 1)
+    if not np.isfinite(ratio).all() or np.ptp(ratio) > 1e-6 * np.abs(ratio).max():
+        return ""
+    return f"the number is {abs(off):.2g} % too {'large' if off > 0 else 'small'}"
 
 
 def find_sign_changes(

@@ -7,7 +7,8 @@ answer leaves it open.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
 from itertools import groupby, product
@@ -19,9 +20,9 @@ import numpy.typing as npt
 from mecanique.arrays import Array
 from mecanique.checking.budget import stop_clock
 from mecanique.checking.grammar.reader import Statement, name_values
-from mecanique.checking.grammar.tape import FormulaTape, Rows, find_sign_changes
+from mecanique.checking.grammar.tape import FormulaTape, Rows, find_rounding, find_sign_changes
 from mecanique.checking.grammar.tree import Node, add, negate
-from mecanique.checking.judgement.truth import SeriesValues, Truth
+from mecanique.checking.judgement.truth import SeriesValues, Truth, accelerate
 from mecanique.errors import FormulaError
 from mecanique.model.mechanism_units import characteristic_length
 from mecanique.model.random_positions import angles
@@ -42,12 +43,24 @@ _WIDE = 6.0
 _STATES = 4
 """Number of states, each with its own parameters, in which all equilibria are sought."""
 
-_STARTS = {1: 48, 2: 16, 3: 8}
-"""Starting values of each coordinate, by their number; of more coordinates none are sought."""
+_STARTS = {0: 1, 1: 48, 2: 16, 3: 8}
+"""Starting values of each coordinate, by their number; those of more coordinates are random."""
+
+_RANDOM_STARTS, _MOST_FELT = 400, 6
+"""Random starting positions, and how many coordinates may matter."""
 
 _ROUNDS = 40
 _STEP = 0.3
 """Largest step of Newton's method, in radians or characteristic lengths."""
+
+_ROUNDING = 1e-3
+"""With constraints, forces are measured by at least this part of the largest usual one."""
+
+_BESIDE = 0.1
+"""So close to a position, in radians or characteristic lengths, an equilibrium may be meant."""
+
+_SHIFT = 0.37
+"""How far a coordinate is moved to see whether it matters, in radians or such lengths."""
 
 _SAME = 1e-6
 """Positions nearer than this, in radians or characteristic lengths, are the same."""
@@ -66,6 +79,9 @@ _STATE = "#state"
 INTEGERS = ("n", "k", "j", "i", "z")
 """Letters of integers, as in q = n π, unless the mechanism has them."""
 
+NOWHERE = "nowhere"
+"""The letter that stands for: there is no equilibrium."""
+
 _WHOLE = (-2.0, -1.0, 0.0, 1.0, 2.0)
 
 
@@ -76,10 +92,15 @@ class Equilibria:
     def __init__(self, truth: Truth) -> None:
         sample = truth.sample
         self._truth = truth
-        self._forces = truth.rest_forces
-        self._usual = np.maximum(np.abs(sample.bias - sample.forces).mean(0), 1e-300)
+        self._forces, self._closures = truth.balance, truth.closures
+        rest = sample.bias - sample.forces
+        reactions = np.einsum("nmj,nm->nj", sample.slopes, sample.multipliers)
+        usual = np.maximum(np.abs(rest).mean(0), np.abs(reactions).mean(0))
+        # rows of massless coordinates hold rounding alone
+        least = _ROUNDING * usual.max(initial=0.0) if truth.multipliers else 0.0
+        self._usual = np.maximum(usual, max(least, 1e-300))
         turning = angles(truth.mechanism)
-        length = characteristic_length(truth.mechanism)
+        length = self._length = characteristic_length(truth.mechanism)
         self.coordinates = tuple(truth.mechanism.coordinates)
         self.turning = {name for name in self.coordinates if name in turning}
         self.size = {name: 1.0 if name in turning else length for name in self.coordinates}
@@ -91,8 +112,38 @@ class Equilibria:
             **still,
             _STATE: np.arange(sample.count, dtype=float),
         }
+        self.loads = truth.multipliers
+        load_sizes = np.abs(sample.multipliers).mean(0)
+        self.size |= zip(self.loads, np.maximum(load_sizes, 1e-300), strict=True)
         acting = {g.name for force in self._forces for g in force.generators()}
-        self.felt = tuple(name for name in self.coordinates if name in acting)
+        closing = {g.name for demand in self._closures for g in demand.generators()}
+        self.felt = tuple(
+            name
+            for name in self.coordinates
+            if name in closing or (name in acting and (not self.loads or self._drives(name)))
+        )
+
+    def _drives(self, name: str) -> bool:
+        """Whether the start from rest depends on a coordinate, as on more than axes it may."""
+        here = self._truth.sample.values
+        values = {name: here[name] for name in self.coordinates}
+        moved = {**values, name: values[name] + _SHIFT * self.size[name]}
+        for _, at in self._truth.mechanism.quaternions:
+            names = [self.coordinates[k] for k in at]
+            length = np.linalg.norm([moved[name] for name in names], axis=0)
+            moved |= {name: moved[name] / length for name in names}
+        first, second = (self._start(places) for places in (values, moved))
+        sample = self._truth.sample
+        usual = np.einsum("ni,nij,nj->n", sample.a, sample.M, sample.a)
+        return bool((np.abs(first - second) > _BALANCED * np.maximum(usual, first)).any())
+
+    def _start(self, places: Mapping[str, Array]) -> Array:
+        """Return aᵀ M a of the accelerations from rest in positions, shape (n,)."""
+        values = {**self.at_zero, **places, **dict.fromkeys(self.loads, 0.0)}
+        here = self._truth.at(values, self._truth.sample.count)
+        J, M = -here.slopes(self._forces, self.loads).transpose(0, 2, 1), here.M
+        a, _ = accelerate(M, -here.stack(self._forces), J, np.zeros(J.shape[:2]))
+        return np.asarray(np.einsum("ni,nij,nj->n", a, M, a))
 
     def measure(self, values: dict[str, Array]) -> float:
         """Return the largest unbalanced force, relative to the usual size of forces."""
@@ -101,24 +152,120 @@ class Equilibria:
         return worst if worst > _BALANCED else 0.0
 
     def _balance(self, here: SeriesValues) -> Array:
-        """Return the unbalanced forces, each relative to its usual size, shape (n, nv)."""
-        return np.asarray(np.nan_to_num(here.stack(self._forces) / self._usual, nan=np.inf))
+        """Return forces and gaps of constraints, each over its usual size, shape (n, nv + c)."""
+        forces, gaps = here.stack(self._forces) / self._usual, here.stack(self._closures)
+        whole = np.concatenate([forces, gaps / self._length], axis=1)
+        return np.asarray(np.nan_to_num(whole, nan=np.inf))
+
+    def close(
+        self, values: Mapping[str, Array], given: Collection[str]
+    ) -> tuple[dict[str, Array], list[str]]:
+        """Return the letters with the coordinates and forces that constraints determine.
+
+        With them come the coordinates that neither are given nor follow.
+        """
+        values, left_open = dict(values), [name for name in self.felt if name not in given]
+        if self._closures and left_open:
+            values |= self._near(values, left_open)
+            size = np.array([self.size[name] for name in left_open])
+            slopes = np.zeros((0, 0))
+            for _ in range(_ROUNDS):
+                here = self._truth.at(values, len(values[_STATE]))
+                slopes = here.slopes(self._closures, left_open) * size
+                step = _step(slopes, here.stack(self._closures), _STEP) * size
+                values |= {name: values[name] + step[:, k] for k, name in enumerate(left_open)}
+            free = np.eye(len(size)) - np.linalg.pinv(slopes, rcond=_SAME) @ slopes
+            moves = np.abs(free).max(axis=(0, 2)) > _SAME
+            left_open = [name for name, is_free in zip(left_open, moves, strict=True) if is_free]
+        if self.loads:
+            values |= dict.fromkeys(self.loads, np.zeros(len(values[_STATE])))
+            here = self._truth.at(values, len(values[_STATE]))
+            slopes = here.slopes(self._forces, self.loads)
+            loads = _step(slopes, here.stack(self._forces), np.inf)
+            values |= zip(self.loads, loads.T, strict=True)
+        return values, left_open
+
+    def locate(self, position: Mapping[str, Array]) -> dict[str, Array]:
+        """Return what constraints determine at a position, or at the equilibrium close by."""
+        closed, _ = self.close({**self.at_zero, **position}, position)
+        near = self.settle(closed)
+        away = [
+            np.abs(near[name] - closed[name]).max() / self.size[name] for name in near and self.felt
+        ]
+        chosen = near if near and max(away) < _BESIDE else closed
+        return {name: chosen[name] for name in (*self.felt, *self.loads)}
+
+    def settle(self, values: Mapping[str, Array]) -> dict[str, Array]:
+        """Return the letters at the equilibrium beside a position; empty if there is none."""
+        unknowns = (*self.felt, *self.loads)
+        q = np.stack([values[name] for name in unknowns], axis=-1) if unknowns else np.zeros((1, 0))
+        q, balance, _ = self._relax(values[_STATE].astype(int), q, _STEP)
+        settled = bool(unknowns) and (np.abs(balance) <= _BALANCED).all()
+        return {**values, **dict(zip(unknowns, q.T, strict=True))} if settled else {}
+
+    def _near(self, values: Mapping[str, Array], names: Sequence[str]) -> dict[str, Array]:
+        """Return where to begin to close constraints: at the known equilibrium next to values."""
+        states = values[_STATE].astype(int)
+        near = np.stack([self._truth.sample.values[name][states] for name in names], axis=-1)
+        with stop_clock():
+            known, nearest = self.all or {}, self.nearest
+        given = [name for name in self.felt if name not in names]
+        for row, state in enumerate(states):
+            listed = [*known.get(state, ())]
+            for letters in nearest:
+                listed.append(np.array([letters[name][state] for name in self.felt]))
+            if not listed:
+                continue
+            table = dict(zip(self.felt, np.transpose(listed), strict=True))
+            away = np.zeros(len(listed))
+            for name in given:
+                step = (table[name] - values[name][row]) / self.size[name]
+                away += 1 - np.cos(step) if name in self.turning else step**2
+            best = int(np.argmin(away))
+            near[row] = [table[name][best] for name in names]
+        return dict(zip(names, near.T, strict=True))
+
+    def is_stable(self, values: Mapping[str, Array]) -> bool | None:
+        """Return whether an equilibrium is stable by its stiffness; None if that does not tell."""
+        rows = [
+            self._truth.velocities.index(v)
+            for x in self.felt
+            if (v := f"{x}'") in self._truth.velocities
+        ]
+        if self.loads or len(rows) < len(self.felt):
+            return None
+        here, size = self._truth.at(values, len(values[_STATE])), [self.size[x] for x in self.felt]
+        K = here.slopes([self._forces[row] for row in rows], self.felt) * np.outer(size, size)
+        C = here.slopes(self._forces, self._truth.velocities)
+        stiff = np.abs(K).max(axis=(1, 2), initial=1e-300)
+        turned = [
+            np.abs(A - A.transpose(0, 2, 1)).max(initial=0.0) for A in (K / stiff[:, None, None], C)
+        ]
+        least = np.linalg.eigvalsh(K).min(axis=1, initial=np.inf) / stiff
+        if turned[0] < _ZERO and (least > _ISOLATED).all():
+            return True
+        # gyroscopic terms may hold what is not stiff
+        falls = max(turned) < _ZERO and (least < -_ISOLATED).all()
+        return False if falls else None
 
     @cached_property
     def all(self) -> dict[int, Array] | None:
         """Return every equilibrium in a few states, shape (k, felt); None if they are not known."""
         count = len(self.felt)
-        if count not in _STARTS or self._truth.derivation is None:
+        if count > _MOST_FELT or self._truth.derivation is None:
             return None
-        axes = []
-        for name in self.felt:
-            reach = np.pi if name in self.turning else _WIDE * self.size[name]
-            axes.append(np.linspace(-reach, reach, _STARTS[count], endpoint=False) + 0.0123 * reach)
-        starts = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, count)
+        reach = [np.pi if x in self.turning else _WIDE * self.size[x] for x in self.felt]
+        if count in _STARTS:
+            axis = np.linspace(-1.0, 1.0, _STARTS[count], endpoint=False) + 0.0123
+            starts = np.array([*product(axis, repeat=count)])
+        else:
+            random = np.random.default_rng(self._truth.seed)
+            starts = random.uniform(-1.0, 1.0, (_RANDOM_STARTS, count))
+        starts = starts.reshape(len(starts), count) * np.array(reach)
         states = np.repeat(np.arange(min(_STATES, self._truth.sample.count)), len(starts))
         q = np.tile(starts, (len(states) // len(starts), 1))
         size = np.array([self.size[name] for name in self.felt])
-        q, balance, stiffness = self._relax(states, q, _STEP)
+        q, balance, stiffness = self._relax(states, self._load(q), _STEP)
         good = np.abs(balance).max(axis=1) <= _BALANCED
         good &= self._is_regular(states, q)
         for k, name in enumerate(self.felt):
@@ -127,16 +274,22 @@ class Equilibria:
                 q[:, k] = np.pi - np.mod(np.pi - q[:, k] + _SAME, 2 * np.pi) + _SAME
             else:
                 good &= np.abs(q[:, k]) <= _WIDE * size[k]
+                here = self._truth.sample.values[name]
+                if self._truth.mechanism.contacts and (here > 0).all():
+                    good &= q[:, k] > 0  # what rolls stays on its side of the surface
         positions = {}
         for state in range(min(_STATES, self._truth.sample.count)):
             chosen = np.flatnonzero(good & (states == state))
-            if len(chosen) and np.linalg.svd(stiffness[chosen])[1][:, -1].min() < _ISOLATED:
+            isolated = np.linalg.svd(stiffness[chosen])[1].min(axis=1, initial=1.0) >= _ISOLATED
+            # where constraints lose their rank, as in a stretched linkage, a position may be alone
+            if not isolated.all() and not (self.loads and isolated.any()):
                 return None
+            chosen = chosen[isolated]
             kept: list[Array] = []
-            for position in q[chosen]:
-                if not any(self.is_same(position, listed) for listed in kept):
+            for position in q[chosen, :count]:
+                if not any(self.is_same(position, listed, self.felt) for listed in kept):
                     kept.append(position)
-            positions[state] = np.array(kept).reshape(-1, count)
+            positions[state] = np.array(kept).reshape(len(kept), count)
         return positions
 
     def cover(self, positions: Sequence[Position], true: Array, state: int) -> Array:
@@ -144,50 +297,69 @@ class Equilibria:
         table = np.zeros((len(positions), len(true)), dtype=bool)
         for row, position in enumerate(positions):
             at = np.flatnonzero(position.values[_STATE] == state)
-            for named in np.stack([position.values[name][at] for name in self.felt], axis=-1):
-                table[row] |= np.array([self.is_same(x, named) for x in true], dtype=bool)
+            # q = q0 names all positions in which a loop may be closed there
+            known = [name for name in self.felt if name in position.given or not self._closures]
+            columns = [self.felt.index(name) for name in known]
+            for k in at:
+                named = np.array([position.values[name][k] for name in known])
+                same = [self.is_same(x, named, known) for x in true[:, columns]]
+                table[row] |= np.array(same, dtype=bool)
         return table
 
-    def find_nearest(self) -> dict[str, Array]:
-        """Return the equilibrium that lies nearest to zero in every state; empty if none does."""
-        count = self._truth.sample.count
-        start = np.zeros((count, len(self.felt)))
-        q, balance, _ = self._relax(np.arange(count), start, np.inf)
-        if not len(self.felt) or not (np.abs(balance) <= _BALANCED).all():
-            return {}
-        return dict(zip(self.felt, q.T, strict=True))
+    @cached_property
+    def nearest(self) -> tuple[dict[str, Array], ...]:
+        """The equilibrium next to zero in every state; with constraints others, too."""
+        return tuple(self._list_nearest())
+
+    def _list_nearest(self) -> Iterator[dict[str, Array]]:
+        count, starts = self._truth.sample.count, [np.zeros(len(self.felt))]
+        if self.loads:
+            size = np.array([self.size[name] for name in self.felt])
+            known = (self.all or {}).get(0, np.zeros((0, len(self.felt))))
+            starts += sorted(known, key=lambda position: float(np.linalg.norm(position / size)))
+        for start in starts if len(self.felt) else ():
+            longest = _STEP if self.loads else np.inf
+            q = self._load(np.tile(start, (count, 1)))
+            q, balance, _ = self._relax(np.arange(count), q, longest)
+            if (np.abs(balance) <= _BALANCED).all():
+                yield dict(zip((*self.felt, *self.loads), q.T, strict=True))
+
+    def _load(self, q: Array) -> Array:
+        """Return positions with forces of the constraints that are still zero."""
+        return np.concatenate([q, np.zeros((len(q), len(self.loads)))], axis=1)
 
     def _relax(self, states: Rows, q: Array, longest: float) -> tuple[Array, Array, Array]:
         """Return positions after Newton's method, with forces and stiffness there."""
-        size = np.array([self.size[name] for name in self.felt])
+        unknowns = (*self.felt, *self.loads)
+        size = np.array([self.size[name] for name in unknowns])
         for _ in range(_ROUNDS):
             balance, stiffness = self._linearize(states, q, size)
-            step = -(np.linalg.pinv(np.nan_to_num(stiffness)) @ balance[..., None])[..., 0]
-            length = np.linalg.norm(step, axis=1, keepdims=True)
-            step = step * np.minimum(1.0, longest / np.maximum(length, 1e-300))
-            q = q + np.nan_to_num(step) * size
+            q = q + _step(stiffness, balance, longest, len(self.felt)) * size
         return q, *self._linearize(states, q, size)
 
     def _linearize(self, states: Rows, q: Array, size: Array) -> tuple[Array, Array]:
-        """Return forces and stiffness, scaled, shape (n, nv) and (n, nv, felt)."""
-        here = self._locate(states, q)
-        stiffness = here.slopes(self._forces, self.felt) * size / self._usual[:, None]
-        return self._balance(here), stiffness
+        """Return forces and stiffness, scaled, shape (n, nv + c) and (n, nv + c, unknowns)."""
+        here, unknowns = self._locate(states, q), (*self.felt, *self.loads)
+        stiffness = here.slopes(self._forces, unknowns) * size / self._usual[:, None]
+        closing = here.slopes(self._closures, unknowns) * size / self._length
+        return self._balance(here), np.concatenate([stiffness, closing], axis=1)
 
     def _locate(self, states: Rows, q: Array) -> SeriesValues:
-        """Return the values of series in some states at positions, shape (n, felt)."""
+        """Return the values of series in some states at unknowns, shape (n, unknowns)."""
         values = {name: value[states] for name, value in self.at_zero.items()}
-        return self._truth.at(values | dict(zip(self.felt, q.T, strict=True)), len(q))
+        values |= zip((*self.felt, *self.loads), q.T, strict=True)
+        return self._truth.at(values, len(q))
 
     def _is_regular(self, states: Rows, q: Array) -> npt.NDArray[np.bool_]:
         """Whether each coordinate moves mass: at r = 0, say, an angle about it means nothing."""
         inertia = np.einsum("nii->ni", self._locate(states, q).M)
         usual = np.einsum("nii->ni", self._truth.sample.M).mean(axis=0)
-        return np.asarray((inertia > _MASSLESS * usual).all(axis=1))
+        massless = usual <= _MASSLESS * usual.max()
+        return np.asarray((massless | (inertia > _MASSLESS * usual)).all(axis=1))
 
-    def is_same(self, first: Array, second: Array) -> bool:
+    def is_same(self, first: Array, second: Array, names: Sequence[str]) -> bool:
         """Return whether two positions are the same, angles up to full turns."""
-        for name, a, b in zip(self.felt, first, second, strict=True):
+        for name, a, b in zip(names, first, second, strict=True):
             step = (a - b) / self.size[name]
             if name in self.turning:
                 step = np.mod(step + np.pi, 2 * np.pi) - np.pi
@@ -205,6 +377,14 @@ class Equilibria:
         parameters = [p.symbol for p in self._truth.mechanism.parameters if p.symbol in acting]
         values = (f"{name} = {self.at_zero[name][state]:.4g}" for name in parameters)
         return f"{whole} (for {', '.join(values)})"
+
+
+def _step(slopes: Array, value: Array, longest: float, among: int | None = None) -> Array:
+    """Return Newton's steps to zeros, shape (n, unknowns), bounded by the first unknowns."""
+    step = -(np.linalg.pinv(np.nan_to_num(slopes)) @ value[..., None])[..., 0]
+    length = np.linalg.norm(step[:, :among], axis=1, keepdims=True)
+    step = step * np.minimum(1.0, longest / np.maximum(length, 1e-300))
+    return np.asarray(np.nan_to_num(step), dtype=float)
 
 
 @lru_cache(maxsize=32)
@@ -235,6 +415,8 @@ class Position:
     worst: float  # its largest unbalanced force
     fault: str  # why it is no position, or empty
     values: dict[str, Array]  # the letters there, each shape (n,)
+    given: Collection[str] = ()  # the coordinates that are named
+    rounding: str = ""  # the rounded number in it
     # which of the true positions of a state it is, shape (k, positions)
     says: Array = field(default_factory=lambda: np.ones((1, 1)))
 
@@ -244,13 +426,17 @@ def judge_positions(
 ) -> tuple[list[Position], list[str]]:
     """Return the positions that an answer names, and the names of equilibria that it lacks."""
     equilibria = equilibria_of(truth)
+    if statements[0].sides[0].name == NOWHERE:
+        return [_deny(statements[0], equilibria, text)], []
     positions = []
     for group in _combine(name_values(statements), equilibria):
         written = set().union(*(side.letters for statement in group for side in statement.sides))
         whole = [name for name in INTEGERS if name in written - equilibria.at_zero.keys()]
         for numbers in product(_WHOLE, repeat=len(whole)):
             counted = dict(zip(whole, numbers, strict=True))
-            positions.append(_move(equilibria, group, text, counted))
+            position = _move(equilibria, group, text, counted)
+            positions.append(_round(position, equilibria, text) if position.worst else position)
+    positions = _judge_stability(positions, equilibria, text)
     with stop_clock():
         known = equilibria.all or {}
     missing: dict[str, None] = {}
@@ -274,6 +460,43 @@ def judge_positions(
     missing |= {f"any other {name}": None for name in sorted(fixed)}
     wrong = any(position.worst or position.fault for position in positions)
     return positions, [] if wrong else list(missing)[:_SHOWN]
+
+
+_STABILITY = re.compile(
+    r"(?<![A-Za-z])(?P<all>(?:both|all|alle|beide)(?: (?:are|sind))? )?"
+    r"(?:(?P<other>un|in|not |nicht )?stab(?:le|il)|(?P<falls>labil))(?![a-z])(?P<ahead> ?:)?",
+    re.IGNORECASE,
+)
+"""What is said of the stability of an equilibrium."""
+
+
+def _judge_stability(positions: list[Position], known: Equilibria, text: str) -> list[Position]:
+    """Return the positions, those with the fault whose stability is stated wrongly."""
+    judged = [*positions]
+    for said in _STABILITY.finditer(text):
+        starts = [line.start for position in positions for line in position.statements]
+        if said["ahead"]:
+            following = [start for start in starts if start >= said.end()]
+            about = {min(following, default=-1)}
+        else:
+            about = {max((start for start in starts if start < said.start()), default=-1)}
+        for k, position in enumerate(positions):
+            named = said["all"] or about & {line.start for line in position.statements}
+            stable = known.is_stable(position.values) if named and not position.worst else None
+            if stable is not None and stable == bool(said["other"] or said["falls"]):
+                fault = "it is stable" if stable else "it is not stable"
+                judged[k] = replace(judged[k], fault=judged[k].fault or fault)
+    return judged
+
+
+def _deny(statement: Statement, known: Equilibria, text: str) -> Position:
+    """Return what says that there is no equilibrium, with the fault if there is one."""
+    with stop_clock():
+        listed = known.all
+    if listed is None:
+        raise FormulaError("whether there is no equilibrium is not known", text)
+    named = [known.name(true[0], state) for state, true in listed.items() if len(true)]
+    return Position((statement,), 0.0, f"there is one: {named[0]}" if named else "", {})
 
 
 def _combine(statements: Sequence[Statement], known: Equilibria) -> Iterator[list[Statement]]:
@@ -331,14 +554,33 @@ def _move(
             given.add(left.name)
             values = _keep(values, np.isfinite(moved), text, statement)
         else:
-            root = left if len(statement.sides) == 1 else add(left, negate(right))
+            root = _root(statement)
             values = _solve(known, values, given, root, text, statement)
             given |= root.letters & set(known.coordinates)
-    open_ones = [name for name in known.felt if name not in given]
+    values, open_ones = known.close(values, given)
     worst = known.measure(values)
     if open_ones and not worst and not fault:
         fault = f"{', '.join(open_ones)} {'is' if len(open_ones) == 1 else 'are'} not given"
-    return Position(tuple(statements), worst, fault, values)
+    return Position(tuple(statements), worst, fault, values, given)
+
+
+def _round(position: Position, known: Equilibria, text: str) -> Position:
+    """Return a position as the equilibrium beside it, if rounded numbers are the difference."""
+    near, rounding = known.settle(position.values), ""
+    for statement in position.statements if near else ():
+        tape = FormulaTape(_root(statement))
+        values = tape.evaluate(near, len(near[_STATE]))
+        if values.relative.max() > _ZERO:
+            rounding = find_rounding(tape, values, text)
+            if not rounding:
+                return position
+    return replace(position, worst=0.0, values=near, rounding=rounding) if rounding else position
+
+
+def _root(statement: Statement) -> Node:
+    """Return left minus right."""
+    left, *right = statement.sides[:1] + statement.sides[1:][-1:]
+    return add(left, negate(right[0])) if right else left
 
 
 def _keep(

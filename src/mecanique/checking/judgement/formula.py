@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 from itertools import permutations
 from types import MappingProxyType
 from typing import final
@@ -16,7 +15,7 @@ from mecanique.arrays import Array
 from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import Statement, name_values
 from mecanique.checking.grammar.scanner import BOTH_SIGNS
-from mecanique.checking.grammar.tape import FormulaTape, needed_values
+from mecanique.checking.grammar.tape import FormulaTape, find_rounding
 from mecanique.checking.grammar.tree import (
     Node,
     add,
@@ -30,6 +29,7 @@ from mecanique.checking.grammar.tree import (
 from mecanique.checking.judgement.equilibria import judge_positions
 from mecanique.checking.judgement.motion import EQUATION_HOLDS, Residual, residuals
 from mecanique.checking.judgement.quantities import (
+    ACROSS,
     ENERGIES,
     AskedQuantity,
     by_momentum,
@@ -106,6 +106,7 @@ def _judge_value(
     cases = _list_cases(quantity)
     letters = quantity.letters
     several = len(cases) > 1
+    needed = list_oscillating(quantity) if several else []
     by_letter = quantity.kind == "letters"
     fixed = {**quantity.more, **cases[0]} if by_letter else {}
     all_judged: list[Judged] = []
@@ -123,7 +124,8 @@ def _judge_value(
             if quantity.again is not None:
                 judged = replace(judged, worst=_compare_changes(residual, truth.sample, quantity))
             elif not judged.holds:
-                judged = replace(judged, rounding=find_rounding(residual, text))
+                rounding = find_rounding(residual.tape, residual.values, text)
+                judged = replace(judged, rounding=rounding)
             tried.append(judged)
         covers = [k for k, judged in enumerate(tried) if judged.agrees]
         signed = any(signs in statement.text for signs in BOTH_SIGNS)
@@ -144,7 +146,7 @@ def _judge_value(
             fault = _find_emptiness(best, letters, roots, places, open_constant=free, signed=signed)
             judged = replace(judged, fault=fault)
         if several:
-            judged = replace(judged, says=np.eye(len(cases))[covers])
+            judged = replace(judged, says=np.eye(len(cases))[covers][:, needed])
         elif by_letter:
             judged = replace(judged, says=_slopes_of(best, quantity.needed or letters))
         all_judged.append(_judge_form(judged, best, truth, quantity))
@@ -155,6 +157,17 @@ def _judge_value(
     kind = "frequencies" if several else "equations"
     return _tell_missing(all_judged, kind) if several or quantity.needed else all_judged
 
+
+def list_oscillating(quantity: AskedQuantity) -> list[int]:
+    """Return the frequencies that an answer must name: not zero, that of a motion as a whole."""
+    assert quantity.values is not None
+    size = np.abs(quantity.values).max(axis=1)
+    moving = np.flatnonzero(size > _STILL * size.max())
+    return [*map(int, moving)] or [*range(len(size))]
+
+
+_STILL = 1e-6
+"""A frequency below this part of the largest is zero."""
 
 _HELPER = re.compile(r"(?:omega|w|f|nu|T)[0n]")
 """Letters of frequencies that others are written with."""
@@ -347,6 +360,9 @@ def _judge_matrix(
         raise FormulaError(
             f"expected a matrix of {nv} × {nv}, got {len(entries)} entries", text, statement.start
         )
+    across = np.arange(nv * nv).reshape(nv, nv).T.ravel()
+    mirrored = zip(across, entries, strict=True)
+    entries = tuple(entries[k] if entry.name == ACROSS else entry for k, entry in mirrored)
     sample = truth.sample
     given, sizes = [], []
     for entry in entries:
@@ -413,7 +429,8 @@ def _judge_constant(
         formula = moving[0] if moving else statement.sides[-1]
         if len(moving) > 1:
             formula = add(formula, negate(moving[1]).at(moving[1].start, moving[1].end))
-        _refuse_letters(formula, {*quantity.letters} - sample.values.keys(), text)
+        named = {name for name in formula.letters if not name.startswith("[")}
+        _refuse_letters(formula, named - sample.values.keys(), text)
         tape = FormulaTape(formula)
         values = tape.evaluate(sample.values, sample.count)
         slopes = tape.slopes(values)
@@ -486,7 +503,14 @@ def _judge_equilibrium(
     for position in positions:
         for statement in position.statements:
             fault = "" if position.worst else position.fault
-            judged = Judged(statement, None, position.worst, fault=fault, says=position.says)
+            judged = Judged(
+                statement,
+                None,
+                position.worst,
+                fault=fault,
+                says=position.says,
+                rounding=position.rounding,
+            )
             known = by_statement.get(statement, judged)
             # of a family, q = n π, the worst position counts
             worse = judged if known.holds else known
@@ -642,29 +666,3 @@ def is_equivalent(residual: Residual, truth: Truth, letters: Sequence[str]) -> b
         if not (relative[np.isfinite(relative)] <= EQUATION_HOLDS).all():
             return False
     return True
-
-
-_WRITTEN = re.compile(r"\d*[.,](\d+)")
-
-
-def find_rounding(residual: Residual, text: str) -> str:
-    """Return the rounded number that explains a difference, and what it is more exactly."""
-    wanted = needed_values(residual.tape, residual.values, np.zeros(residual.sample.count))
-    for node, exact in zip(residual.tape.nodes, wanted, strict=True):
-        written = _WRITTEN.fullmatch(text[node.start : node.end])
-        if node.kind != "number" or written is None:
-            continue
-        # zeros behind the decimal mark are digits, those before the first other digit are not
-        digits = re.sub("[.,]", "", text[node.start : node.end]).lstrip("0")
-        usable = residual.finite & np.isfinite(exact)
-        if len(digits) < 2 or usable.sum() < min(3, residual.sample.count):
-            continue
-        exact = exact[usable]
-        value = float(exact.mean())
-        half = 0.5 * 10.0 ** -len(written[1])
-        near = abs(value - float(node.value)) <= half * (1 + 1e-9)
-        if near and np.ptp(exact) <= 1e-6 * abs(value):
-            simple = Fraction(value).limit_denominator(60)
-            said = str(simple) if abs(float(simple) / value - 1) < 1e-9 else f"{value:.6g}"
-            return f"{text[node.start : node.end]} is rounded: it is {said}"
-    return ""

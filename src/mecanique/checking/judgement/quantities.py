@@ -13,7 +13,7 @@ from mecanique.arrays import Array
 from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import read
 from mecanique.checking.grammar.tape import FormulaTape
-from mecanique.checking.judgement.equilibria import INTEGERS, equilibria_of
+from mecanique.checking.judgement.equilibria import INTEGERS, Equilibria, equilibria_of
 from mecanique.checking.judgement.release import release
 from mecanique.checking.judgement.truth import Sample, SeriesValues, Truth
 from mecanique.derivation import derive
@@ -97,6 +97,9 @@ ENERGIES = {
 }
 """How much of T and of V is in each."""
 
+ACROSS = "sym"
+"""The letter that stands for the entry across the diagonal of a matrix."""
+
 _NUMBERED = ("omega", "w", "f", "nu", "T")
 """Letters of frequencies and periods that may be numbered, as omega1."""
 
@@ -141,6 +144,8 @@ class _Asked:
         self._sample = truth.sample
         self._letters = letters
         self._position = locate(truth, position) if position else {}
+        if position and truth.mechanism.constrained:
+            self._position |= equilibria_of(truth).locate(self._position)
 
     @cached_property
     def _lagrange(self) -> Lagrange:
@@ -266,6 +271,7 @@ class _Asked:
             inputs = [signal.symbol for signal in self._truth.mechanism.inputs]
             notes = (f"with {' = '.join(inputs)} = 0",) if inputs else ()
             integers = dict.fromkeys(whole, _ZERO)
+            equilibria_of(self._truth)  # before the clock of the judgement starts
             return AskedQuantity(name, "equilibrium", more=integers, notes=notes)
         bodies = [body.name for body in self._truth.mechanism.bodies[1:]]
         if what not in bodies:
@@ -293,13 +299,17 @@ class _Asked:
 
     def frequency(self, name: str, _: str) -> AskedQuantity:
         position, notes = self._position, list[str]()
-        if not position and not self._truth.mechanism.constrained:
+        if not position:
             equilibria = equilibria_of(self._truth)
             # what is prescribed by the time does not act on free vibrations
-            if equilibria.measure({**equilibria.at_zero, "t": np.zeros(self._sample.count)}):
-                position = equilibria.find_nearest()
+            zero = {**equilibria.at_zero, "t": np.zeros(self._sample.count)}
+            if equilibria.loads or equilibria.measure(zero):
+                position = self._find_stable(equilibria)
                 notes += ["about the equilibrium nearest to zero"] if position else []
-        M, C, K = linear_matrices(self._truth, position)
+                if position and equilibria.loads:
+                    first = np.array([position[name][0] for name in equilibria.felt])
+                    notes = [f"about the equilibrium {equilibria.name(first, 0)}"]
+        M, C, K = linear_matrices(self._truth, position)[:3]
         if name in ("frequency", "period") and np.abs(C).max(initial=0.0) > 1e-12:
             raise InputError(
                 "the mechanism is damped or gyroscopic; ask for the 'undamped frequency' or the "
@@ -329,6 +339,15 @@ class _Asked:
             position=position,
             slips=tuple(slips),
         )
+
+    def _find_stable(self, equilibria: Equilibria) -> dict[str, Array]:
+        """Return the equilibrium next to zero; of several with constraints a stable one."""
+        listed = equilibria.nearest
+        for position in listed:
+            M, C, K = linear_matrices(self._truth, position)[:3]
+            if np.isfinite(_oscillate(M, C, K)).all(1).sum() >= _FEWEST:
+                return position
+        return listed[0] if listed else {}
 
     def period_from_rest(self, name: str, _: str) -> AskedQuantity:
         """Ask for the period of the motion that begins at rest at any position, q = q0."""
@@ -422,12 +441,13 @@ class _Asked:
         """Return the inputs that hold the mechanism at rest in any position."""
         inputs = [signal.symbol for signal in self._truth.mechanism.inputs]
         moving = (*self._truth.velocities, *self._truth.accelerations)
-        still = dict.fromkeys(moving, np.zeros(self._sample.count))
+        still = dict.fromkeys((*moving, *self._truth.multipliers), np.zeros(self._sample.count))
         at_rest = self._truth.at({**still, **dict.fromkeys(inputs, 0.0)})
-        right = at_rest.stack(self._truth.rest_forces)
-        by = at_rest.slopes(self._truth.rest_forces, inputs)
+        right = at_rest.stack(self._truth.balance)
+        by = at_rest.slopes(self._truth.balance, (*inputs, *self._truth.multipliers))
         held = -(np.linalg.pinv(by) @ right[..., None])[..., 0]
         left = right + np.einsum("nij,nj->ni", by, held)
+        held = held[:, : len(inputs)]
         if not inputs or np.abs(left).max() > 1e-9 * np.abs(right).max(initial=1e-300):
             raise InputError(
                 f"no force of {self._truth.mechanism.name!r} holds it at rest in every position"
@@ -464,7 +484,7 @@ class _Asked:
                 f"{coordinates[0]} from {(*inputs, 'F')[0]}', got {what!r}"
             )
         sample = self._sample
-        M, C, K = linear_matrices(self._truth, self._position)
+        M, C, K, free = linear_matrices(self._truth, self._position)
         names = (*self._truth.velocities, *self._truth.mechanism.coordinates, *inputs)
         at_rest = self._truth.at({**dict.fromkeys(names, 0.0), **self._position})
         force = at_rest.slopes(self._truth.closed_form.Q, [symbol])
@@ -472,7 +492,8 @@ class _Asked:
         answers = list[Array]()
         for damping in (C, (C - C.transpose(0, 2, 1)) / 2):
             whole = M * np.square(s)[:, None, None] + damping * s[:, None, None] + K
-            answers.append(np.asarray(np.linalg.solve(whole, force)[:, :, 0], dtype=float))
+            moved = free @ np.linalg.solve(whole, free.transpose(0, 2, 1) @ force)
+            answers.append(np.asarray(moved[:, :, 0], dtype=float))
         k = coordinates.index(output)
         answer, undamped = (by_coordinate[:, k] for by_coordinate in answers)
         others = zip(coordinates, answers[0].T, strict=True)
@@ -502,8 +523,11 @@ class _Asked:
                 "the others rest"
             )
         others = {v for v in self._truth.velocities if v not in rates}
-        fixed = dict.fromkeys((*others, *self._truth.accelerations), np.zeros(self._sample.count))
-        return AskedQuantity(name, "steady", tuple(rates), more=fixed)
+        inputs = [signal.symbol for signal in self._truth.mechanism.inputs]
+        notes = (f"with {' = '.join(inputs)} = 0",) if inputs else ()
+        still = (*others, *self._truth.accelerations, *inputs)
+        fixed = dict.fromkeys(still, np.zeros(self._sample.count))
+        return AskedQuantity(name, "steady", tuple(rates), more=fixed, notes=notes)
 
 
 class _Question(NamedTuple):
@@ -518,7 +542,7 @@ class _Question(NamedTuple):
 _PERIODS = ("T", "tau")
 """How letters of periods begin."""
 
-_FREQUENCY = ("omega", "omega0", "omegan", "w", "f", "nu", "T", "T0", "tau")
+_FREQUENCY = ("omega", "Omega", "omega0", "omegan", "w", "f", "nu", "T", "T0", "tau")
 _FRICTION = ("F", "f", "Ff", "FR", "Fs", "fs")
 """Usual letters of a force of friction."""
 
@@ -553,6 +577,9 @@ QUESTIONS = (_MOTION[0], *_QUESTIONS)
 
 _ROUNDING = 1e-12
 """Rates of momenta below this part of the momenta, per second, are rounding."""
+
+_INDEPENDENT = 1e-9
+"""A constraint with a smaller part of the largest slope repeats others."""
 
 _UNDAMPED = "the damping is missing"
 _FEWEST = 3
@@ -634,13 +661,13 @@ def _name_place(position: Mapping[str, Array]) -> str:
     return "the position in question" if position else "the position with all coordinates zero"
 
 
-def linear_matrices(truth: Truth, position: Mapping[str, Array]) -> tuple[Array, Array, Array]:
-    """Return M, C and K of small motions about a position; other coordinates are zero there."""
-    if truth.mechanism.constrained:
-        raise InputError(
-            f"frequencies of {truth.mechanism.name!r} cannot be compared: it is closed, or has no "
-            "closed form"
-        )
+def linear_matrices(
+    truth: Truth, position: Mapping[str, Array]
+) -> tuple[Array, Array, Array, Array]:
+    """Return M, C and K of small motions about a position; other coordinates are zero there.
+
+    With them come the directions in which constraints leave it free, shape (n, nv, free).
+    """
     signals = [signal.symbol for signal in truth.mechanism.inputs]
     names = (*truth.velocities, *truth.mechanism.coordinates, *signals)
     # what is prescribed by the time does not act on free vibrations
@@ -650,13 +677,21 @@ def linear_matrices(truth: Truth, position: Mapping[str, Array]) -> tuple[Array,
     n, nv = truth.sample.count, len(truth.velocities)
     with np.errstate(all="ignore"):
         M = here.M
-        C, K = (here.slopes(truth.rest_forces, some) for some in (truth.velocities, coordinates))
-        if (np.abs(here.stack(truth.rest_forces)) > 1e-9 * (1.0 + np.abs(K).sum(2))).any():
+        C, K = (here.slopes(truth.balance, some) for some in (truth.velocities, coordinates))
+        if (np.abs(here.stack(truth.balance)) > 1e-9 * (1.0 + np.abs(K).sum(2))).any():
             raise InputError(f"{where} is not an equilibrium")
     known = np.logical_and.reduce([np.isfinite(matrix).all((1, 2)) for matrix in (M, C, K)])
-    if known.sum() < (_FEWEST if position else n) or (np.linalg.matrix_rank(M[known]) < nv).any():
+    free = np.broadcast_to(np.eye(nv), (n, nv, nv))
+    if truth.multipliers:
+        columns, sizes, _ = np.linalg.svd(here.slopes(truth.balance, truth.multipliers))
+        held = np.sum(sizes > _INDEPENDENT * sizes[:, :1], axis=1)
+        free = columns[:, :, held.max() :]
+        M, C, K = (free.transpose(0, 2, 1) @ matrix @ free for matrix in (M, C, K))
+        known &= held == held.max()
+    least = _FEWEST if position else n
+    if known.sum() < least or (np.linalg.matrix_rank(M[known]) < M.shape[1]).any():
         raise InputError(f"the equations have no meaning at {where}")
-    return M, C, K
+    return M, C, K, free
 
 
 def balances(truth: Truth) -> Derivation:

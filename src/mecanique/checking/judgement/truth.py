@@ -44,6 +44,9 @@ _STRETCHES = (
 )
 """What positions and velocities are multiplied by to see what the random states hide."""
 
+_STILL = 1e-12
+"""Part of an acceleration's usual size that is rounding."""
+
 _SINGULAR = 1e4
 """States with a larger condition number of the mass matrix are left out."""
 
@@ -66,7 +69,8 @@ class SeriesValues:
 
     def stack(self, rows: Sequence[Series]) -> Array:
         """Return the values of several series, shape (n, rows)."""
-        return np.stack([self(series) for series in rows], axis=-1)
+        values = [self(series) for series in rows]
+        return np.stack(values, axis=-1) if values else np.zeros((self._count, 0))
 
     def slopes(self, rows: Sequence[Series], names: Sequence[str]) -> Array:
         """Return the derivatives of several series by letters, shape (n, rows, names)."""
@@ -146,6 +150,12 @@ class Truth:
         return (*coordinates, *self.velocities, *self.accelerations, *self.multipliers)
 
     @cached_property
+    def changing(self) -> tuple[str, ...]:
+        """The velocities that change; constraints may hold the others."""
+        still = np.abs(self.sample.a) <= _STILL * self.sample.usual
+        return tuple(np.array(self.velocities)[~still.all(axis=0)])
+
+    @cached_property
     def equations(self) -> Equations:
         """The equations by Lagrange's method."""
         return derive(self.mechanism)
@@ -168,6 +178,22 @@ class Truth:
     def rest_forces(self) -> list[Series]:
         """The terms h − Q of M a + h − Q = 0."""
         return [h - Q for h, Q in zip(self.closed_form.h, self.closed_form.Q, strict=True)]
+
+    @cached_property
+    def balance(self) -> list[Series]:
+        """The terms h − Q − Jᵀ λ, which vanish at rest."""
+        ring, ties = self.closed_form.algebra.ring, self.closed_form.ties
+        slopes = [tie.slopes(ring) for tie in ties]
+        balance = list[Series]()
+        for k, force in enumerate(self.rest_forces):
+            loads = (-tie.multiplier * J[k] for tie, J in zip(ties, slopes, strict=True))
+            balance.append(ring.sum([force, *loads]))
+        return balance
+
+    @cached_property
+    def closures(self) -> list[Series]:
+        """The left sides of Φ(q, t) = 0."""
+        return [tie.demand for tie in self.closed_form.ties if not tie.of_velocities]
 
     @cached_property
     def sample(self) -> Sample:

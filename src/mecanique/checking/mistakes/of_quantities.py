@@ -16,7 +16,7 @@ from mecanique.arrays import Array
 from mecanique.checking.budget import spend, stop_clock
 from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import Statement
-from mecanique.checking.grammar.tape import FormulaTape
+from mecanique.checking.grammar.tape import FormulaTape, find_rounding
 from mecanique.checking.grammar.tree import (
     Node,
     add,
@@ -31,7 +31,6 @@ from mecanique.checking.grammar.tree import (
     rename,
 )
 from mecanique.checking.judgement.equilibria import judge_positions
-from mecanique.checking.judgement.formula import find_rounding
 from mecanique.checking.judgement.motion import Residual
 from mecanique.checking.judgement.quantities import ENERGIES, AskedQuantity, measure, roll
 from mecanique.checking.judgement.truth import Truth
@@ -471,7 +470,15 @@ def _holds_in_turn(residual: Residual, claims: Claims) -> bool:
 def _is_rounded(residual: Residual, claim: Mapping[str, Array]) -> bool:
     """Whether a formula holds up to the digits of a number where letters have these values."""
     claimed = replace(residual, sample=replace(residual.sample, values=claim))
-    return bool(find_rounding(claimed, residual.statement.text))
+    return bool(find_rounding(claimed.tape, claimed.values, residual.statement.text))
+
+
+_FACTORS_OF_UNITS = {
+    "it is in degrees, not in radians": 180 / np.pi,
+    "the unit is not that of the number: a factor 1000": 1000.0,
+    "the unit is not that of the number: a factor 60": 60.0,
+}
+"""What a number may be wrong by that belongs to another unit."""
 
 
 def _other_measures(
@@ -481,6 +488,9 @@ def _other_measures(
     text = "a factor 2 pi is missing or surplus: omega = 2 pi f = 2 pi/T"
     for scale in (2 * np.pi, 1 / (2 * np.pi)):
         yield 0.7, text, {name: value * scale for name, value in right.items()}
+    for what, factor in _FACTORS_OF_UNITS.items():
+        for scale in (factor, 1 / factor):
+            yield 1.2, what, {name: value * scale for name, value in right.items()}
     square = measure(omega**2, letters)
     yield 0.7, "the square root is missing: it is omega^2", square
     for inverse in (

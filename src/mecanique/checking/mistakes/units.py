@@ -58,13 +58,7 @@ class LetterUnits:
             case "sum":
                 return self._of_sum(node, text)
             case "product":
-                total: Dimension | None = PURE
-                has_unit = any(part.name.startswith("[") for part in node.parts)
-                for part in node.parts:
-                    # numbers with their unit behind them have no other
-                    if not has_unit or part.letters:
-                        total = _combine(total, self.find(part, text), 1)
-                return total
+                return self._of_product(node, text)
             case "quotient":
                 above, below = (self.find(part, text) for part in node.parts)
                 return _combine(above, below, -1)
@@ -102,6 +96,19 @@ class LetterUnits:
                     f"{_quote(part, text)} in {say_unit(its)}",
                 )
         return known[0][1] if known else None
+
+    def _of_product(self, node: Node, text: str) -> Dimension | None:
+        total: Dimension | None = PURE
+        units = [part for part in node.parts if part.name.startswith("[")]
+        for part in node.parts:
+            # numbers with their unit behind them have no other
+            if not units or (part.letters and part not in units):
+                total = _combine(total, self.find(part, text), 1)
+        stated: Dimension | None = PURE
+        for unit in units:
+            stated = _combine(stated, self.find(unit, text), 1)
+        # what is in letters may say its unit, too: √(g/l) rad/s
+        return total if total == stated else _combine(total, stated, 1)
 
     def _of_power(self, node: Node, text: str) -> Dimension | None:
         base, exponent = node.parts

@@ -6,6 +6,7 @@ import { Letters, Unread, read } from "./reader.js";
 const TOLERANCE = 1e-8;
 const FAR = 1e-6;
 const CLOSE = 1e-6;
+const NEAR_SINGULAR = 1e-2; // next to a singular state, rounding makes up no more
 const ASKED = "#asked";
 const IDLE = "it has a term that is too small to be seen";
 const HOLDS = 1e-7;
@@ -145,6 +146,8 @@ function readOtherwise(question, statements, text) {
   if (/_\{?t{1,2}(?![A-Za-z0-9])/.test(text)) return "a derivative by a subscript";
   if (/^\s{0,9}\(?(?:\d{1,2}|[a-z]|i{1,3})[.)]|\((?:\d{1,2}|[a-z])\)\s{0,9}$/m.test(text))
     return "lines with numbers";
+  if (/^\s{0,9}\\?[A-Za-z]{1,9} ?\([^()=+*/^-]{0,40}\) {0,3}=/m.test(text))
+    return "what a quantity depends on";
   const letters = statements.map((sides) => {
     const used = new Set();
     sides.forEach((side) => collect(side, used));
@@ -229,7 +232,9 @@ function judgeEquation(root, question, states) {
     return failed("it holds for any motion");
   if (!isAffine(root, question, states, base))
     return { unclear: "it is not linear in the accelerations" };
-  if (worstOf(evaluateFar(root, question)) > FAR)
+  const far = worstOf(evaluateFar(root, question));
+  if (far > FAR && far < NEAR_SINGULAR) return { unclear: "it is off by little in special states" };
+  if (far > FAR)
     return failed("it holds near the usual states only");
   const moving = states.map((row) => move(row, question, 1));
   const everywhere = [...states, ...moving, ...(question.far ? rowsOf(question.far) : [])];
@@ -520,8 +525,9 @@ function judgeSeveral(question, statements, used, text) {
   const unsure =
     bad && (doubt(question, text) || (numbers ? "what holds for the numbers given" : ""));
   if (unsure) return leave(`this page cannot judge ${unsure}`);
-  const independent = new Set(right.flatMap((line) => line.covers)).size;
-  const needed = question.measures.length;
+  const named = new Set(right.flatMap((line) => line.covers));
+  const independent = question.oscillating.filter((k) => named.has(k)).length;
+  const needed = question.oscillating.length;
   const lacking = bad ? 0 : needed - independent;
   const forms = lacking ? [`${lacking} of ${needed} frequencies missing`] : [];
   const outcome = bad ? "wrong" : lacking ? "incomplete" : "right";
