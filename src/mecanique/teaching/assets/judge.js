@@ -234,8 +234,7 @@ function judgeEquation(root, question, states) {
     return { unclear: "it is not linear in the accelerations" };
   const far = worstOf(evaluateFar(root, question));
   if (far > FAR && far < NEAR_SINGULAR) return { unclear: "it is off by little in special states" };
-  if (far > FAR)
-    return failed("it holds near the usual states only");
+  if (far > FAR) return failed("it holds near the usual states only");
   const moving = states.map((row) => move(row, question, 1));
   const everywhere = [...states, ...moving, ...(question.far ? rowsOf(question.far) : [])];
   if (hasIdleTerm(root, everywhere)) return { unclear: IDLE };
