@@ -23,11 +23,8 @@ from mecanique.formats.scope import (
     weld_constants,
 )
 from mecanique.formats.sdf import name_in_sdf, read_sdf, write_sdf
-from mecanique.model.coordinates import Coordinates
-from mecanique.model.forces import Spring
-from mecanique.model.joint_base import Elementary, Limits, Single
-from mecanique.model.joints import Floating, Joint
-from mecanique.model.mechanism import Mechanism
+from mecanique.model import Coordinates, Floating, Joint, Limits, Mechanism, Spring
+from mecanique.model.joint_base import Elementary, Single
 from mecanique.model.mechanism.origin import Origin
 from mecanique.model.random_positions import draw_positions
 from mecanique.reference import Reference

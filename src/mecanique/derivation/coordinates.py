@@ -11,11 +11,9 @@ import numpy as np
 from mecanique.derivation.tolerances import ALIGNED
 from mecanique.derivation.tree.links import links
 from mecanique.derivation.tree.poses import Arithmetic, joint_values, poses
-from mecanique.model.constraints.loops import Loop
-from mecanique.model.expression import Scalar, coordinate, plain, symbols_in
+from mecanique.model import Joint, Loop, Mechanism, Planar, Universal, coordinate
+from mecanique.model.expression import Scalar, plain, symbols_in
 from mecanique.model.joint_base import UNITS, BaseJoint, Single
-from mecanique.model.joints import Joint, Planar, Universal
-from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import units
 from mecanique.wording import enumerate_words
 

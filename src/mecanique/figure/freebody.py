@@ -37,10 +37,9 @@ from mecanique.figure.paper.marks import (
 )
 from mecanique.figure.setting import Setting
 from mecanique.figure.solids import Floats
+from mecanique.model import Loop, Revolute
 from mecanique.model.constraint_base import PressingContact
-from mecanique.model.constraints.loops import Loop
 from mecanique.model.force_base import BodyLoad, JointLoad
-from mecanique.model.joints import Revolute
 from mecanique.motion.analysis.forces import TOGETHER, Action, Actions
 from mecanique.motion.record.loops import begin_on_loops
 from mecanique.reference import Reference

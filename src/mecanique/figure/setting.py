@@ -22,15 +22,11 @@ from mecanique.figure.solids import (
     solids,
     span_box,
 )
-from mecanique.model.bodies.visuals import Box
-from mecanique.model.constraints.friction import Contact, Stop, Switching
+from mecanique.model import Box, Contact, Joint, Mechanism, Placement, Prismatic, Spring, Stop
+from mecanique.model.constraints.friction import Switching
 from mecanique.model.expression import Scalar
 from mecanique.model.force_base import LineLoad
-from mecanique.model.forces import Spring
-from mecanique.model.joints import Joint, Prismatic
-from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import units
-from mecanique.model.placement import Placement
 from mecanique.reference import Reference
 
 WIDTH, HEIGHT = 400.0, 300.0

@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, across, directions, unit
-from mecanique.model.bodies import Body
-from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual, measure
+from mecanique.model import Body, Box, Cylinder, Mechanism, Mesh, Sphere, Visual
+from mecanique.model.bodies.visuals import measure
 from mecanique.model.constraint_base import PressingContact
-from mecanique.model.mechanism import Mechanism
 from mecanique.model.teeth import RackTeeth, Toothed, WheelTeeth, teeth_of
 from mecanique.reference import Reference
 

@@ -16,14 +16,10 @@ from typing import Literal, final
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
-from mecanique.model.bodies import Body
+from mecanique.model import AnyForce, Body, Coordinates, Fixed, Force, Mechanism, Revolute, time
 from mecanique.model.constraint_base import Strung
-from mecanique.model.coordinates import Coordinates
-from mecanique.model.expression import finite, time
-from mecanique.model.force_base import AnyForce, BodyLoad, FieldLoad
-from mecanique.model.forces import Force
-from mecanique.model.joints import Fixed, Revolute
-from mecanique.model.mechanism import Mechanism
+from mecanique.model.expression import finite
+from mecanique.model.force_base import BodyLoad, FieldLoad
 from mecanique.model.mechanism_units import characteristic_length, units
 from mecanique.motion.analysis.extremes import find_maxima
 from mecanique.motion.analysis.forces import Actions

@@ -11,9 +11,7 @@ import numpy as np
 
 from mecanique.arrays import spread
 from mecanique.errors import UnknownNameError
-from mecanique.model.constraints.friction import Contact
-from mecanique.model.free_bodies import FloatingState, floating_state
-from mecanique.model.mechanism import Mechanism
+from mecanique.model import Contact, FloatingState, Mechanism, floating_state
 from mecanique.motion.compile.along import StateLaw, StateSums
 from mecanique.motion.record.curve import Curve, LaterCurve, State, Times
 from mecanique.motion.record.events import Event, ModeSpan, Occurrence, Switches, break_names

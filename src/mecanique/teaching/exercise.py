@@ -13,11 +13,7 @@ from mecanique.errors import InputError, MechanismError, UnknownNameError
 from mecanique.figure.draw import picture
 from mecanique.figure.setting import posture
 from mecanique.files import write_whole
-from mecanique.model.coordinates import Coordinates
-from mecanique.model.expression import coordinate
-from mecanique.model.joints import Revolute
-from mecanique.model.mechanism import Mechanism
-from mecanique.model.parameters import Parameter
+from mecanique.model import Coordinates, Mechanism, Parameter, Revolute, coordinate
 from mecanique.teaching.answers import KINDS, Solver
 from mecanique.textbook.catalogue import entry
 

@@ -11,8 +11,7 @@ from typing import final
 
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.lazy import keep_garbage
-from mecanique.model.mechanism import Mechanism
-from mecanique.model.parameters import Parameter
+from mecanique.model import Mechanism, Parameter
 from mecanique.textbook.facts import Fact
 
 

@@ -15,15 +15,12 @@ from mecanique.arrays import Array
 from mecanique.derivation import derive
 from mecanique.errors import MecaniqueError
 from mecanique.formats.read import read
-from mecanique.model import slips
-from mecanique.model.bodies import Body
+from mecanique.model import Body, Fixed, Joint, Limits, Mechanism, Placement, Planar, slips
 from mecanique.model.bodies.tensor import entries_of, moments_of, tensor_of
 from mecanique.model.expression import plain, symbols_in
 from mecanique.model.force_base import JointLoad
-from mecanique.model.joint_base import Limits, Single
-from mecanique.model.joints import Fixed, Joint, Planar
-from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Placement, rpy_rotation
+from mecanique.model.joint_base import Single
+from mecanique.model.placement import rpy_rotation
 from mecanique.model.slips import DIGITS, LEFT_OUT, Factor, Slip
 from mecanique.verification.rows import differ_by
 from mecanique.verification.states import random_states

@@ -24,10 +24,7 @@ from mecanique.errors import EngineError, UnknownNameError
 from mecanique.formats.mjcf import read_mjcf
 from mecanique.formats.read import read
 from mecanique.formats.scope import SCOPES, list_lengths
-from mecanique.model.coordinates import Coordinates
-from mecanique.model.force_base import AnyForce
-from mecanique.model.joints import Fixed, Floating, Joint
-from mecanique.model.mechanism import Mechanism
+from mecanique.model import AnyForce, Coordinates, Fixed, Floating, Joint, Mechanism
 from mecanique.model.mechanism.origin import Finding, Origin
 from mecanique.plugins import list_plugins, load_plugin
 from mecanique.reference import Reference

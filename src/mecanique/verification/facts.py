@@ -18,8 +18,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import ClosureError, EngineError, InputError, IntegrationError
-from mecanique.model.forces import CentralForce
-from mecanique.model.mechanism import Mechanism
+from mecanique.model import CentralForce, Mechanism
 from mecanique.textbook.catalogue import entry
 from mecanique.textbook.facts import (
     Acceleration,

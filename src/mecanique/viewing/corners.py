@@ -41,8 +41,7 @@ from mecanique.generation.mechanics.constrained import inputs_at
 from mecanique.generation.mechanics.dynamics import TapeDynamics
 from mecanique.generation.mechanics.switching import SwitchingEquations
 from mecanique.generation.program import Answer, Program, ProgramInput
-from mecanique.model.constraints.friction import Contact
-from mecanique.model.mechanism import Mechanism
+from mecanique.model import Contact, Mechanism
 from mecanique.model.states import States
 from mecanique.motion.motion import Motion
 from mecanique.motion.switching.corners import Corners, ElementForce

@@ -32,13 +32,12 @@ from mecanique.generation.targets.javascript import JavaScript
 from mecanique.generation.targets.javascript import functions as write_functions
 from mecanique.generation.targets.python import Python
 from mecanique.generation.verdict import CodeVerdict, cases_of, judge
-from mecanique.model.bodies.visuals import Mesh, measure
+from mecanique.model import Mechanism, Mesh, Placement
+from mecanique.model.bodies.visuals import measure
 from mecanique.model.expression import Scalar, symbols_in
 from mecanique.model.expression import evaluate as evaluate_scalar
 from mecanique.model.force_base import End
-from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.validation import MASS, MOMENT, TRIANGLE, rules_of
-from mecanique.model.placement import Placement
 from mecanique.model.quaternions import to_matrices
 from mecanique.model.states import States
 from mecanique.model.teeth import visuals_of

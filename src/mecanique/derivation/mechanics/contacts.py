@@ -19,9 +19,8 @@ from mecanique.derivation.mechanics.recursion import TreeRecursion, World
 from mecanique.derivation.mechanics.vectors import Triple, add, apply, dot, scale
 from mecanique.derivation.tolerances import OPPOSITE
 from mecanique.derivation.tree.poses import exact_direction
-from mecanique.model.constraints.contacts import Blade, Contact, Rolling
-from mecanique.model.constraints.velocity_constraints import VelocityConstraint
-from mecanique.model.mechanism import Mechanism
+from mecanique.model import Blade, Mechanism, Rolling, VelocityConstraint
+from mecanique.model.constraints.contacts import Contact
 
 
 class Touch(NamedTuple):

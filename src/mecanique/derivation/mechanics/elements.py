@@ -22,14 +22,11 @@ from mecanique.derivation.tree.poses import (
     origin,
     times_point,
 )
-from mecanique.model.constraints.cords import Belt, Cord
-from mecanique.model.constraints.gears import Gear, Rack
-from mecanique.model.constraints.loops import CLOSED, Loop
+from mecanique.model import Belt, Cord, Gear, Loop, Mechanism, Placement, Rack
+from mecanique.model.constraints.loops import CLOSED
 from mecanique.model.expression import Scalar
 from mecanique.model.joint_base import Single
-from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.element_laws import Bevel, bevel_of
-from mecanique.model.placement import Placement
 
 _HERE = (0.0, 0.0, 0.0)
 

@@ -45,9 +45,9 @@ from mecanique.derivation.numeric.free_bodies import (
 from mecanique.derivation.tolerances import EXPLAINED, OUTSIDE, RANK, RANK_UNSCALED, SHARE
 from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
+from mecanique.model import Gear, Mechanism, Rack
 from mecanique.model.constraint_base import Strung
 from mecanique.model.constraints.elements import force_names, preloads
-from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.guides import (
     Guide,
     cord_fault,
@@ -57,7 +57,6 @@ from mecanique.model.guides import (
     work_fault,
 )
 from mecanique.model.joint_base import Single
-from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import characteristic_length
 from mecanique.model.states import States
 

@@ -21,9 +21,8 @@ from mecanique.derivation.tree.poses import (
     quaternion_rotation,
 )
 from mecanique.errors import DerivationError
+from mecanique.model import Joint, Mechanism
 from mecanique.model.expression import evaluate, symbols_in
-from mecanique.model.joints import Joint
-from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
 JETS = Arithmetic(function)

@@ -45,12 +45,11 @@ from mecanique.derivation.symbolic.vectors import (
 from mecanique.derivation.tolerances import RANK
 from mecanique.derivation.tree.links import Link
 from mecanique.derivation.tree.poses import combination
+from mecanique.model import Gear, Mechanism, Rack
 from mecanique.model.constraint_base import Strung
 from mecanique.model.constraints.elements import preloads
-from mecanique.model.constraints.gears import Gear, Rack
 from mecanique.model.expression import Scalar
 from mecanique.model.guides import explain_joint, guides_of
-from mecanique.model.mechanism import Mechanism
 from mecanique.wording import enumerate_words
 
 

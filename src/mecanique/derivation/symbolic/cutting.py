@@ -37,9 +37,8 @@ from mecanique.derivation.tree.poses import (
     times_point,
     transpose,
 )
+from mecanique.model import Joint, Mechanism, Revolute
 from mecanique.model.guides import Guide
-from mecanique.model.joints import Joint, Revolute
-from mecanique.model.mechanism import Mechanism
 from mecanique.wording import enumerate_words
 
 _UNITS = ((1, 0, 0), (0, 1, 0), (0, 0, 1))

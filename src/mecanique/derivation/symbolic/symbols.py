@@ -25,9 +25,8 @@ from mecanique.derivation.tree.poses import (
     quaternion_product,
     quaternion_rotation,
 )
+from mecanique.model import Joint, Mechanism
 from mecanique.model.expression import Scalar, evaluate, symbols_in
-from mecanique.model.joints import Joint
-from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import characteristic_length
 from mecanique.model.random_positions import draw_positions
 

@@ -59,9 +59,7 @@ from mecanique.derivation.symbolic.vectors import (
 from mecanique.derivation.tolerances import ALIGNED
 from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
-from mecanique.model.bodies.body import Shape
-from mecanique.model.bodies.visuals import Cylinder
-from mecanique.model.mechanism import Mechanism
+from mecanique.model import Cylinder, Mechanism, Shape
 from mecanique.wording import enumerate_words
 
 _NAMES = ("s", "xi", "sigma", "eta")

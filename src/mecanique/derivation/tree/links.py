@@ -12,10 +12,9 @@ from typing import Literal, TypeAlias, final
 
 import numpy as np
 
+from mecanique.model import Mechanism, Placement
 from mecanique.model.expression import Scalar
 from mecanique.model.joint_base import Single
-from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Placement
 
 Kind: TypeAlias = Literal["fixed", "turn", "slide", "ball", "free"]
 

@@ -17,10 +17,8 @@ import numpy as np
 
 from mecanique.derivation.tolerances import WHOLE
 from mecanique.derivation.tree.links import Axis, Link
-from mecanique.model.bodies import Body
+from mecanique.model import Body, Mechanism, Placement
 from mecanique.model.expression import Scalar, evaluate, numpy_function, plain
-from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Placement
 
 
 def quaternion_product(p: Sequence[Any], r: Sequence[Any]) -> list[Any]:

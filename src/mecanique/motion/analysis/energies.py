@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from mecanique.arrays import Array, median
+from mecanique.model import AnyForce, Mechanism
 from mecanique.model.expression import symbols_in
-from mecanique.model.force_base import AnyForce
-from mecanique.model.mechanism import Mechanism
 from mecanique.motion.compile.along import StateLaw, StateSums, compute
 from mecanique.motion.compile.python import vectorize
 from mecanique.motion.record.curve import Curve, State

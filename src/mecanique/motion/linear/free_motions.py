@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, TypeAlias, final
 import numpy as np
 
 from mecanique.arrays import Array
+from mecanique.model import Input, Mechanism
 from mecanique.model.expression import symbols_in
-from mecanique.model.mechanism import Mechanism
-from mecanique.model.parameters import Input
 from mecanique.motion.linear.held import HeldMode, ModeMotion
 from mecanique.motion.record.rates import Rates
 

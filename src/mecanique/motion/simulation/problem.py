@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Literal, TypeAlias, final
 import numpy as np
 
 from mecanique.errors import InputError
+from mecanique.model import Mechanism, Record
 from mecanique.model.expression import finite
-from mecanique.model.mechanism import Mechanism
-from mecanique.model.parameters import Record
 from mecanique.motion.compile.cache import CompiledMotion, compile_once
 from mecanique.motion.record.curve import Curve, LaterCurve, State
 from mecanique.motion.record.events import Event, Occurrence

@@ -9,10 +9,9 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.errors import EngineError
-from mecanique.model.bodies import Body
+from mecanique.model import Body, Mechanism
 from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.joint_base import Single
-from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.package import engine_package
 from mecanique.urdf.limits import MOST_DEPTH, MOST_VELOCITIES
 from mecanique.urdf.write import SimpleJoint, chains, write_urdf

@@ -20,8 +20,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
-from mecanique.model.joints import Fixed
-from mecanique.model.mechanism import Mechanism
+from mecanique.model import Fixed, Mechanism
 from mecanique.model.random_positions import draw_positions
 from mecanique.model.states import Efforts
 from mecanique.reference.engine.chart import Chart

@@ -21,9 +21,8 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.errors import ClosureError, UnknownNameError
-from mecanique.model.constraints.loops import Loop
+from mecanique.model import Loop, Mechanism
 from mecanique.model.expression import finite
-from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import expect_mechanism
 from mecanique.model.values import Given, names_of, whole
 from mecanique.reference.loops.closed import Closed, load_loops

@@ -15,8 +15,7 @@ import numpy.typing as npt
 from mecanique.arrays import Array
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.errors import MecaniqueError
-from mecanique.model import slips
-from mecanique.model.coordinates import Coordinates
+from mecanique.model import Coordinates, slips
 from mecanique.model.expression import symbols_in
 from mecanique.model.force_base import loads_in
 from mecanique.model.joint_base import Single

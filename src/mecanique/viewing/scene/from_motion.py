@@ -9,10 +9,9 @@ import numpy as np
 
 from mecanique.figure.setting import is_zero
 from mecanique.figure.solids import FRONT, cord_stretches, moves_parallel
+from mecanique.model import Contact, Mechanism
 from mecanique.model.constraint_base import PressingContact, Striking
-from mecanique.model.constraints.friction import Contact
 from mecanique.model.force_base import End
-from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import per_second, units
 from mecanique.model.quaternions import from_matrices
 from mecanique.motion.analysis.forces import Action, Actions

@@ -20,10 +20,9 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
-from mecanique.model.constraints.cords import Belt, Cord
+from mecanique.model import Belt, Cord, Gear, Joint, Loop, Mechanism, Rack
 from mecanique.model.constraints.elements import force_names, preloads
-from mecanique.model.constraints.gears import Gear, Rack
-from mecanique.model.constraints.loops import CLOSED, Loop
+from mecanique.model.constraints.loops import CLOSED
 from mecanique.model.guides import (
     Guide,
     cord_fault,
@@ -34,8 +33,6 @@ from mecanique.model.guides import (
     work_fault,
 )
 from mecanique.model.joint_base import Single
-from mecanique.model.joints import Joint
-from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import characteristic_length
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.forces.sites import Site, SiteAction, Triple
