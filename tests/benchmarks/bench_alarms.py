@@ -153,7 +153,7 @@ def count(name: str, seeds: list[int], samples: int) -> Iterator[Count]:
         for k, (seed, states) in enumerate(zip(some, drawn, strict=True)):
             if large[k] <= 0.5 and seed % STRIDE:
                 continue
-            here = answers.at(k * samples, (k + 1) * samples)
+            here = cut(answers, slice(k * samples, (k + 1) * samples))
             verdict = judge(mechanism, here, states, seed)
             for row in verdict.rows:
                 found.allowed = max(found.allowed, row.worst / row.allowed if row.worst else 0.0)
@@ -167,6 +167,16 @@ def count(name: str, seeds: list[int], samples: int) -> Iterator[Count]:
                     )
         found.seconds = time.process_time() - begin
         yield found
+
+
+def cut(answers: Answers, some: slice) -> Answers:
+    """Return the answers, of forms asked at all states, at some of these."""
+
+    def part(values: dict[str, Array]) -> dict[str, Array]:
+        return {quantity: array[some] for quantity, array in values.items()}
+
+    forms = {name: part(form) for name, form in answers.forms.items()}
+    return replace(answers, engine=part(answers.engine), forms=forms, opening=answers.opening[some])
 
 
 def largest_of_entries(

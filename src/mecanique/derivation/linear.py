@@ -214,7 +214,23 @@ class Linearized:
 
 def linearize_equations(derivation: Derivation, q: Mapping[str, float]) -> Linearized:
     """Linearize symbolic equations of motion about an equilibrium."""
-    return linearize_at(derivation, *_place_in_letters(derivation, q))
+    # coordinates as 0, multiples of π/12, or letters with values
+    ring = derivation.algebra.ring
+    quaternions = {name for name in q if f"{name}'" not in derivation.algebra.velocities}
+    place, letters = {}, {}
+    for name, value in q.items():
+        twelfths = round(value / (math.pi / 12))
+        if abs(value) < NEAT:
+            place[name] = ring.number(0)
+        elif name in quaternions and abs(abs(value) - 1) < NEAT:
+            place[name] = ring.number(round(value))
+        elif name not in quaternions and abs(value - twelfths * math.pi / 12) < NEAT:
+            place[name] = ring.constant("pi") * Fraction(twelfths, 12)
+        else:
+            letter = ring.choose_name(f"{name}_0{'0' * k}" for k in count())
+            place[name] = ring.parameter(letter)
+            letters[letter] = value
+    return linearize_at(derivation, place, letters)
 
 
 def linearize_at(
@@ -278,28 +294,6 @@ def linearize_at(
 def _is_printed(value: Series, used: Mapping[str, float]) -> bool:
     """Whether a coordinate's value contains only π and letters that are printed."""
     return all(g.kind is Kind.CONSTANT or g.name in used for g in value.generators())
-
-
-def _place_in_letters(
-    derivation: Derivation, q: Mapping[str, float]
-) -> tuple[dict[str, Series], dict[str, float]]:
-    """Write the equilibrium's coordinates as 0, multiples of π/12, or letters with values."""
-    ring = derivation.algebra.ring
-    quaternions = {name for name in q if f"{name}'" not in derivation.algebra.velocities}
-    place, letters = {}, {}
-    for name, value in q.items():
-        twelfths = round(value / (math.pi / 12))
-        if abs(value) < NEAT:
-            place[name] = ring.number(0)
-        elif name in quaternions and abs(abs(value) - 1) < NEAT:
-            place[name] = ring.number(round(value))
-        elif name not in quaternions and abs(value - twelfths * math.pi / 12) < NEAT:
-            place[name] = ring.constant("pi") * Fraction(twelfths, 12)
-        else:
-            letter = ring.choose_name(f"{name}_0{'0' * k}" for k in count())
-            place[name] = ring.parameter(letter)
-            letters[letter] = value
-    return place, letters
 
 
 def _find_drive(

@@ -370,7 +370,11 @@ def _mass(setting: Setting, name: str, solid: Outline) -> Words:
         return label(place, name, place - at, 5.0)
     if not roomy:
         return _beside(setting, name, solid, at)
-    if _is_pinned(setting, solid, at):
+    # a disk has a hinge in its middle
+    joints = [j for j in setting.mechanism.joints if solid.body in (j.parent, j.child)]
+    seats = [setting.at(joint.child) for joint in joints]
+    near = solid.kind == "cylinder" or any(math.hypot(*(s - at)) < JOINT_ROOM for s in seats)
+    if near and any(not isinstance(joint, Prismatic) for joint in joints):
         return label(at, name, BELOW_LEFT, 8.0)
     return Words(at, rich(name))
 
@@ -382,14 +386,6 @@ def _beside(setting: Setting, name: str, solid: Outline, at: Point) -> Words:
     side = np.array([-1.0 if left else 1.0, 0.0])
     edge = np.array([side[0] * setting.reach(solid.body, side), at[1]])
     return label(edge, name, side, 6.0)
-
-
-def _is_pinned(setting: Setting, solid: Outline, at: Point) -> bool:
-    """Whether a hinge stands in the middle of a solid; a disk has one there."""
-    joints = [j for j in setting.mechanism.joints if solid.body in (j.parent, j.child)]
-    seats = [setting.at(joint.child) for joint in joints]
-    near = solid.kind == "cylinder" or any(math.hypot(*(s - at)) < JOINT_ROOM for s in seats)
-    return near and any(not isinstance(joint, Prismatic) for joint in joints)
 
 
 _INSIDE = 1e-6

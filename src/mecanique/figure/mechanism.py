@@ -154,23 +154,20 @@ def nuts(setting: Setting) -> Iterator[Mark]:
         spindle = [camera.at(s.corners) - at for s in setting.solids if s.body == joint.child]
         if spindle and float((np.concatenate(spindle) @ along).mean()) < 0:
             along = -along
-        yield from _nut(at, along, on_ground=joint.parent == setting.mechanism.ground)
-
-
-def _nut(at: Point, along: Point, *, on_ground: bool) -> Iterator[Mark]:
-    side, (half, height) = across(along), NUT
-    low, high = at, at + 2 * height * along
-    corners = [low - half * side, low + half * side, high + half * side, high - half * side]
-    yield Stroke(np.array(corners), "clear", closed=True)
-    rise = 2 * height / (THREADS + 1) * along
-    for turn in range(THREADS):
-        start = at + (turn + 0.5) * rise
-        yield Stroke(
-            np.array([start - 0.6 * half * side, start + rise + 0.6 * half * side]), "thin"
-        )
-    if on_ground:
-        yield from hatch(corners[2], corners[1])
-        yield from hatch(corners[0], corners[3])
+        on_ground = joint.parent == setting.mechanism.ground
+        side, (half, height) = across(along), NUT
+        low, high = at, at + 2 * height * along
+        corners = [low - half * side, low + half * side, high + half * side, high - half * side]
+        yield Stroke(np.array(corners), "clear", closed=True)
+        rise = 2 * height / (THREADS + 1) * along
+        for turn in range(THREADS):
+            start = at + (turn + 0.5) * rise
+            yield Stroke(
+                np.array([start - 0.6 * half * side, start + rise + 0.6 * half * side]), "thin"
+            )
+        if on_ground:
+            yield from hatch(corners[2], corners[1])
+            yield from hatch(corners[0], corners[3])
 
 
 def _away(setting: Setting, body: str, at: Point) -> Point:

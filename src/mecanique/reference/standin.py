@@ -355,7 +355,8 @@ def tree_of_robot(robot: ElementTree.Element) -> Model:
             if kind == "fixed":
                 waiting.append((child, holder, at))
                 continue
-            moving = Joint(cast(Kind, kind), _axis(joint))
+            axis = _numbers(joint.find("axis"), "xyz", (1.0, 0.0, 0.0))
+            moving = Joint(cast(Kind, kind), np.asarray(axis / np.linalg.norm(axis)))
             index = model.addJoint(holder, moving, at, joint.get("name", ""))
             waiting.append((child, index, SE3(np.eye(3), np.zeros(3))))
     return model
@@ -377,11 +378,6 @@ def _numbers(element: ElementTree.Element | None, name: str, default: Sequence[f
     if len(values) != len(default) or not np.isfinite(values).all():
         raise ValueError(f"expected {len(default)} numbers for {name}, got {text!r}")
     return values
-
-
-def _axis(joint: ElementTree.Element) -> Array:
-    axis = _numbers(joint.find("axis"), "xyz", (1.0, 0.0, 0.0))
-    return np.asarray(axis / np.linalg.norm(axis))
 
 
 def _origin(element: ElementTree.Element) -> SE3:

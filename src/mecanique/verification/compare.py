@@ -385,15 +385,6 @@ class Answers:
     # asks a form, or the engine, by name at other states
     again: Callable[[str, States], dict[str, Array]] | None = None
 
-    def at(self, start: int, stop: int) -> Answers:
-        """Return the answers, of forms asked at all states, from `start` up to before `stop`."""
-
-        def cut(answers: dict[str, Array]) -> dict[str, Array]:
-            return {quantity: values[start:stop] for quantity, values in answers.items()}
-
-        forms = {name: cut(form) for name, form in self.forms.items()}
-        return Answers(cut(self.engine), forms, self.notes, self.opening[start:stop], self.again)
-
     def rows(
         self, mechanism: Mechanism, states: States, tolerance: float | None = None
     ) -> tuple[Row, ...]:

@@ -134,18 +134,6 @@ def read_as_engines(mechanism: Mechanism, origin: Origin) -> Mechanism:
     return read_urdf(text, gravity=(x, y, z), root="floating")
 
 
-def _strip(mechanism: Mechanism, origin: Origin) -> Mechanism:
-    """Return the bare tree: no forces, loops or mimic joints, but the tendons' rotors."""
-    free, names = mechanism, list_lengths(mechanism)
-    if names and origin.form == "MJCF":  # whose joints lengthen a tendon also where they follow
-        text = origin.text.decode("utf-8-sig", "replace")
-        free = read_mjcf(origin.file or text, tied=False)
-    lengths = {name: free.coordinates.driven[name] for name in names}
-    coordinates = Coordinates((), lengths)
-    bare: dict[str, Any] = dict.fromkeys(("forces", "loops", "contacts", "elements"), ())
-    return replace(mechanism, coordinates=coordinates, **bare)
-
-
 def _compare_all(
     whole: Mechanism,
     origin: Origin,
@@ -155,7 +143,15 @@ def _compare_all(
     passive: Sequence[AnyForce] | None = None,
 ) -> tuple[EngineReading, ...]:
     """Compare what engines read with what mecanique read, and with one another."""
-    tree, rotors = _strip(whole, origin), dict[str, float]()
+    # the bare tree: no forces, loops or mimic joints, but the tendons' rotors
+    free, names = whole, list_lengths(whole)
+    if names and origin.form == "MJCF":  # whose joints lengthen a tendon also where they follow
+        text = origin.text.decode("utf-8-sig", "replace")
+        free = read_mjcf(origin.file or text, tied=False)
+    lengths = {name: free.coordinates.driven[name] for name in names}
+    coordinates = Coordinates((), lengths)
+    bare: dict[str, Any] = dict.fromkeys(("forces", "loops", "contacts", "elements"), ())
+    tree, rotors = replace(whole, coordinates=coordinates, **bare), dict[str, float]()
     if origin.form == "URDF":  # where they stand in tags of one engine
         rotors = {j.name: tree.evaluate(getattr(j, "armature", 0.0)) for j in tree.joints}
         tree = with_armature(tree, 0.0)

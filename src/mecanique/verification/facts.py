@@ -438,7 +438,15 @@ def _frequencies(bench: Bench, fact: Frequencies) -> float:
 
 
 def _eigenvalues(bench: Bench, fact: Eigenvalues) -> float:
-    computed = np.linalg.eigvals(_state_matrix(bench, fact.at))
+    # deviations of [q, v] from an equilibrium or a steady motion
+    q, v = bench.state(fact.at)
+    if len(q) != len(v):
+        raise InputError(
+            f"expected a system without quaternions for eigenvalues, got {bench.mechanism.name!r}"
+        )
+    n = len(q)
+    lower = jacobian(lambda y: bench.aside(y[:n], y[n:]), np.concatenate((q, v)))
+    computed = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [lower]]))
     stated = np.asarray(fact.formula(bench.numbers(*bench.state(fact.at))), dtype=complex)
     nearest = np.min(np.abs(np.subtract.outer(stated, computed)), axis=1)
     return float(np.max(nearest) / np.max(np.abs(stated)))
@@ -453,18 +461,6 @@ def _steady(bench: Bench, fact: Steady) -> float:
     aside, faster = bench.close(aside, v + 0.1 * (np.max(np.abs(v)) or 1.0))
     typical = np.max(np.abs(bench.dynamics.acceleration(aside, faster, 0.0)))
     return float(np.max(np.abs(bench.dynamics.acceleration(q, v, 0.0))) / (typical or 1.0))
-
-
-def _state_matrix(bench: Bench, at: State) -> Array:
-    """Return the matrix of deviations of [q, v] from an equilibrium or a steady motion."""
-    q, v = bench.state(at)
-    if len(q) != len(v):
-        raise InputError(
-            f"expected a system without quaternions for eigenvalues, got {bench.mechanism.name!r}"
-        )
-    n = len(q)
-    lower = jacobian(lambda y: bench.aside(y[:n], y[n:]), np.concatenate((q, v)))
-    return np.block([[np.zeros((n, n)), np.eye(n)], [lower]])
 
 
 def _limit(bench: Bench, fact: StabilityLimit) -> float:

@@ -131,7 +131,12 @@ def rounding(
             linked = Held(mechanism).at(states)
             bounds["acceleration"] = _of_loops(linked, d, mass, s, scaled, beta)
         else:
-            inverse = np.abs(_inverses(mass))
+            # infinite where there is no inverse
+            inverses = np.full_like(mass, np.inf)
+            for k, matrix in enumerate(mass):
+                if np.isfinite(matrix).all() and np.linalg.matrix_rank(matrix) == len(matrix):
+                    inverses[k] = np.linalg.inv(matrix)
+            inverse = np.abs(inverses)
             pushed = pushed + np.sum(s * np.abs(scaled["acceleration"]), axis=1)
             driven = np.einsum("nij,nj->ni", inverse, s)
             bounds["acceleration"] = np.linalg.norm(driven, axis=1) * pushed
@@ -185,15 +190,6 @@ def _of_loops(
         forced = _norm(np.abs(by_force) @ s[k])
         bounds[k] = forced * pushed + _norm(by_drift) * drifted
     return bounds
-
-
-def _inverses(mass: Array) -> Array:
-    """Return the inverse of each matrix, infinite where there is none."""
-    inverses = np.full_like(mass, np.inf)
-    for k, matrix in enumerate(mass):
-        if np.isfinite(matrix).all() and np.linalg.matrix_rank(matrix) == len(matrix):
-            inverses[k] = np.linalg.inv(matrix)
-    return inverses
 
 
 def _size(forces: Array, d: Array) -> Array:

@@ -198,8 +198,7 @@ def actions_of(force: AnyForce, bodies: Bodies) -> list[AppliedWrench]:
 
 def _twist(force: JointLoad, name: str, bodies: Bodies) -> list[AppliedWrench]:
     joint = bodies.mechanism.joint(name)
-    if not isinstance(joint, Single):
-        raise DerivationError(f"force {force.name!r} acts in a joint of several coordinates")
+    assert isinstance(joint, Single), "validated"
     axis = bodies.in_world(exact_direction(joint.axis), joint.child)
     along_axis = scale(_push(force, name, bodies), axis)
     pair = (NOTHING, along_axis) if joint.turns else (along_axis, NOTHING)

@@ -13,7 +13,6 @@ from mecanique.derivation.mechanics.forces import on_velocities
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.recursion import TreeRecursion
 from mecanique.derivation.mechanics.vectors import Rows, add, dot, scale
-from mecanique.errors import DerivationError
 from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.mechanism import Mechanism
 
@@ -112,9 +111,7 @@ def closure(loop: Loop, ground: Ground, angle: Callable[[Any, Any], Any]) -> lis
             return [x, y, z, -R(1, 2), R(0, 2)]
         case "weld":
             return [x, y, z, *((R(i, k) - R(k, i)) * 0.5 for i, k in ((2, 1), (0, 2), (1, 0)))]
-        case "ball":
-            return [x, y, z]
-    raise DerivationError(f"no equations are known for loop {loop.name!r}, a {loop.kind!r}")
+    return [x, y, z]  # of a ball
 
 
 def sense(loop: Loop, ground: Ground) -> Any | None:

@@ -441,11 +441,7 @@ def _find_divisor(ring: Ring, groups: list[Group], forms: list[Form], divide: bo
 
 def _expression(series: Series, parts: Sequence[_Part]) -> Expression:
     terms = [part.term() for part in parts]
-    return Expression(tuple(_pair(terms)), _in_decimals(series))
-
-
-def _pair(terms: Sequence[Product]) -> list[Product]:
-    """Merge terms that differ in one letter: k q2 − k q1 = k (q2 − q1)."""
+    # terms that differ in one letter are merged: k q2 − k q1 = k (q2 − q1)
     paired: list[Product] = []
     seats: dict[Any, int] = {}
     for term in terms:
@@ -461,7 +457,7 @@ def _pair(terms: Sequence[Product]) -> list[Product]:
         both = add([Product(1, ((first, 1),)), Product(-1, ((own, 1),))])
         paired[seat] = multiply(number(sign), *before, both)
         del seats[rest]
-    return paired
+    return Expression(tuple(paired), _in_decimals(series))
 
 
 def _split(term: Product) -> tuple[Any, Letter | None]:

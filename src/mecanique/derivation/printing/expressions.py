@@ -134,7 +134,10 @@ def collect_terms(form: Form, *, kept: bool = False) -> list[Product]:
             continue
         common, factor_of = _find_common([polynomial], kept=kept), common_measure([polynomial])
         primitive = rescale(polynomial, 1 / factor_of, -common)
-        if _is_negative(primitive):
+        # negative are sums with more negative terms, or as many with the first among them
+        signs = [1 if c > 0 else -1 for c in primitive.parts[0].values()]
+        first = primitive.parts[0][min(primitive.parts[0])]
+        if sum(signs) < 0 or (sum(signs) == 0 and first < 0):
             primitive, factor_of = -primitive, -factor_of
         unit = rescale(polynomial.ring.number(1), factor_of, common)
         sums.setdefault(primitive, {})[trig] = unit
@@ -179,13 +182,6 @@ def _divide_trig(trig: Trig, shared: Trig) -> Trig:
     taken = {(angle, sine): e for angle, sine, e in shared}
     left = [(angle, sine, e - taken.get((angle, sine), 0)) for angle, sine, e in trig]
     return tuple(factor for factor in left if factor[2])
-
-
-def _is_negative(polynomial: Series) -> bool:
-    """Whether more than half of the terms are negative, or half of them including the first."""
-    signs = [1 if c > 0 else -1 for c in polynomial.parts[0].values()]
-    first = polynomial.parts[0][min(polynomial.parts[0])]
-    return sum(signs) < 0 or (sum(signs) == 0 and first < 0)
 
 
 def _factor_sum(polynomial: Series) -> Product:

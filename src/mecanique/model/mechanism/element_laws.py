@@ -121,7 +121,9 @@ def _of_teeth(here: _Still, mesh: Gear | Rack) -> Iterator[Row]:
     n, line = here.axis(a), here.axis(b)
     if isinstance(mesh, Rack):
         d = here.place(b.child, mesh.point) - here.place(a.child)
-        u = _unit(d - (d @ line) * line - (d @ n) * n)
+        vector = d - (d @ line) * line - (d @ n) * n
+        length = float(np.linalg.norm(vector))
+        u = vector / length if length > _NEAR else vector
         along, size = float(np.cross(n, u) @ line), 1
     else:
         bevel = bevel_of(here.m, mesh)
@@ -170,11 +172,6 @@ def _of_cord(here: _Still, cord: Cord | Belt) -> Iterator[Row]:
 def _whole(number: float) -> float:
     """A number that is whole except for rounding, as a whole one."""
     return float(round(number)) if abs(number - round(number)) < 1e-15 else number
-
-
-def _unit(vector: np.ndarray) -> np.ndarray:
-    length = float(np.linalg.norm(vector))
-    return vector / length if length > _NEAR else vector
 
 
 @final

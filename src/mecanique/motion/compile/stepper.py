@@ -131,11 +131,6 @@ class March:
         return float(self._motion.t)
 
     @property
-    def steps(self) -> int:
-        """How many steps were taken."""
-        return int(self._motion.steps)
-
-    @property
     def evaluations(self) -> int:
         """How often the equations were evaluated."""
         return int(self._motion.evaluations)

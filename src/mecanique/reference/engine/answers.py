@@ -204,12 +204,20 @@ class Wrench(Legible):
         name = {"parent": self.parent, "child": self.child}.get(axes, axes)
         here, there = self._turn(self.axes), self._turn(name)
         turn = np.swapaxes(there, -1, -2) @ here
+        # components in rotated axes to which undetermined ones contribute
+        share = np.abs(turn).reshape(-1, 3, 3).max(axis=0) > PARALLEL
+        directions = []
+        for kind in ("force", "moment"):
+            loose = np.array([f"{kind} {axis}" in self.undetermined for axis in "xyz"])
+            directions += [
+                f"{kind} {axis}" for axis, row in zip("xyz", share, strict=True) if row @ loose
+            ]
         return replace(
             self,
             force=_rotate(turn, self.force),
             moment=_rotate(turn, self.moment),
             axes=name,
-            undetermined=_mix(self.undetermined, turn),
+            undetermined=tuple(directions),
         )
 
     def about(self, point: Sequence[float] | Array, body: str = "world") -> Wrench:
@@ -296,15 +304,3 @@ def _rotate(turn: Array, vector: Array) -> Array:
     turned: Array = (turn @ np.where(known, vector, 0.0)[..., None])[..., 0]
     lost = ((np.abs(turn) > PARALLEL) & ~known[..., None, :]).any(axis=-1)
     return np.where(lost, np.nan, turned)
-
-
-def _mix(undetermined: tuple[str, ...], turn: Array) -> tuple[str, ...]:
-    """Return the components in rotated axes to which undetermined ones contribute."""
-    share = np.abs(turn).reshape(-1, 3, 3).max(axis=0) > PARALLEL
-    directions = []
-    for kind in ("force", "moment"):
-        loose = np.array([f"{kind} {axis}" in undetermined for axis in "xyz"])
-        directions += [
-            f"{kind} {axis}" for axis, row in zip("xyz", share, strict=True) if row @ loose
-        ]
-    return tuple(directions)

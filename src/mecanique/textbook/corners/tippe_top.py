@@ -35,17 +35,12 @@ mechanism = mq.Mechanism(
 )
 
 
-def _upward(s: facts.Values) -> tuple[float, float, float]:
-    """The vertical in the axes of the top."""
-    return (
+def _jellett(s: facts.Values) -> float:
+    x, y, z = (
         2 * (s.top_qx * s.top_qz - s.top_qw * s.top_qy),
         2 * (s.top_qy * s.top_qz + s.top_qw * s.top_qx),
         1 - 2 * (s.top_qx**2 + s.top_qy**2),
     )
-
-
-def _jellett(s: facts.Values) -> float:
-    x, y, z = _upward(s)
     across = s.J_1 * s.r * (s.top_wx * x + s.top_wy * y)
     return float(across + s.J_3 * s.top_wz * (s.r * z - s.c))
 

@@ -16,10 +16,8 @@ from mecanique.model.bodies.visuals import Rgba
 from mecanique.textbook import System, facts
 from mecanique.textbook.joints import hinge
 
-ACROSS = (0.0, -1.0, 0.0)
 ORANGE = (0.9, 0.6, 0.0, 1.0)
 BLUE, GREEN, PALE = (0.0, 0.38, 0.63, 1.0), (0.0, 0.52, 0.42, 1.0), (0.72, 0.76, 0.8, 1.0)
-
 
 rs = mq.Parameter("rs", 0.1, "m", "pitch radius of the sun")
 Js = mq.Parameter("Js", 0.004, "kg·m²", "moment of inertia of the sun")
