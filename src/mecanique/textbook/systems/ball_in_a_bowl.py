@@ -10,7 +10,8 @@ import numpy as np
 
 from mecanique import model as mq
 from mecanique.textbook import System, facts
-from mecanique.textbook.joints import carriers, slides, to_body, to_world
+from mecanique.textbook.joints import carriers, to_body, to_world
+from mecanique.textbook.systems.ball_on_a_turntable import chart, kinetic
 
 SLOPE = 0.5
 """Of the bowl where the ball goes round on a level circle [rad]."""
@@ -29,8 +30,6 @@ levels = tuple(
     for wide, high in ((0.28, 0.04), (0.6, 0.2), (0.8, 0.4), (0.92, 0.6))
 )
 mark = mq.Visual(mq.Box((2.02 * r, 0.3 * r, 0.3 * r)), rgba=(0.9, 0.6, 0.0, 1.0))
-turn = mq.Spherical("roll", "center", "ball", names=("qx", "qy", "qz", "qw"))
-chart = (*slides("center"), turn)
 mechanism = mq.Mechanism(
     name="ball_in_a_bowl",
     bodies=(
@@ -62,12 +61,6 @@ def accelerations(s: facts.Values) -> facts.Number:
     turn = 5 / 7 * (n @ w * change + np.cross(n, [0, 0, -s.g]) / s.r)
     place = s.r * (np.cross(turn, n) + np.cross(w, change))
     return np.concatenate([place, to_body(s, turn)])
-
-
-def kinetic(s: facts.Values) -> facts.Number:
-    """Return m v²/2 + m r² w²/5 [J]."""
-    speed = s["x'"] ** 2 + s["y'"] ** 2 + s["z'"] ** 2
-    return s.m * (speed / 2 + s.r**2 * np.sum(spin(s) ** 2) / 5)
 
 
 def integrals(s: facts.Values) -> facts.Number:
