@@ -273,12 +273,15 @@ class _ElementForces(NamedTuple):
     tangents: tuple[_Row, ...]
 
     @property
-    def slip(self) -> tuple[Any, ...]:
-        """The letters of its slip in space, its size and its parts."""
-        from sympy import symbols
+    def slip(self) -> dict[Any, Any]:
+        """The letters of its slip in space, its size and its parts, and what they stand for."""
+        from sympy import sqrt, symbols
 
+        if len(self.tangents) < 2:
+            return {}
         name = force_symbol("s", self.element.name)
-        return symbols((name, f"{name}_x", f"{name}_y")) if len(self.tangents) > 1 else ()
+        size, x, y = symbols((name, f"{name}_x", f"{name}_y"))
+        return {size: sqrt(x**2 + y**2), x: self.tangents[0].rate, y: self.tangents[1].rate}
 
 
 def force_symbol(letter: str, element: str) -> str:
@@ -358,12 +361,8 @@ def derive_modes(
     for row in rows:
         balance -= Matrix(row.slopes) * row.symbol
     by_forces = _solve(list(balance), accelerations, {}) if cosines.meanings else None
-    letters = {
-        letter: meaning
-        for forces in unknown
-        if forces.slip
-        for letter, meaning in zip(forces.slip, _measure_slip(forces), strict=True)
-    } | cosines.meanings
+    slips = [pair for forces in unknown for pair in forces.slip.items()]
+    letters = dict(slips) | cosines.meanings
 
     choices = {forces.element.name: _list_states(forces) for forces in unknown}
     # a dictionary keeps the order in which modes are named first
@@ -436,13 +435,9 @@ def derive_modes(
                 {name: written[s] for s, name in (named | acting).items()},
             )
         )
-    slips = {tie.name for tie in derivation.ties}
-    idle = {
-        f"{element.name}: {row}"
-        for element in mechanism.switching
-        for row in ("x", "y")
-        if f"{element.name}_{row}" not in slips
-    }
+    tied = {tie.name for tie in derivation.ties}
+    rubbed = product((element.name for element in mechanism.switching), "xy")
+    idle = {f"{name}: {row}" for name, row in rubbed if f"{name}_{row}" not in tied}
     meanings = tuple(list_symbols(mechanism, unknown))
     return Modes(mechanism, tuple(modes), meanings, frozenset(idle))
 
@@ -501,12 +496,8 @@ class _Cosines:
             x, y, z, w = quaternion = tuple(map(Symbol, joint.quaternion))
             name = force_symbol("A", joint.name)
             A = Matrix(3, 3, [Symbol(f"{name}_{i}{j}") for i in (1, 2, 3) for j in (1, 2, 3)])
-            rows = (
-                (1 - 2 * y**2 - 2 * z**2, 2 * x * y - 2 * z * w, 2 * x * z + 2 * y * w),
-                (2 * x * y + 2 * z * w, 1 - 2 * x**2 - 2 * z**2, 2 * y * z - 2 * x * w),
-                (2 * x * z - 2 * y * w, 2 * y * z + 2 * x * w, 1 - 2 * x**2 - 2 * y**2),
-            )
-            self.meanings |= dict(zip(A, sum(rows, ()), strict=True))
+            S = Matrix([(0, -z, y), (z, 0, -x), (-y, x, 0)])
+            self.meanings |= dict(zip(A, (eye(3) + 2 * w * S + 2 * S * S).expand(), strict=True))
             squares = [1 + 2 * A[k, k] - A.trace() for k in range(3)] + [1 + A.trace()]
             pairs = {(k, k): square / 4 for k, square in enumerate(squares)}
             for i, j, k in ((0, 1, 2), (0, 2, 1), (1, 2, 0)):
@@ -516,8 +507,7 @@ class _Cosines:
             turned = [A.row(k - 3).cross(A.row(k - 2)) - A.row(k - 1) for k in range(3)]
             whole = [*(A * A.T - eye(3)), *(A.T * A - eye(3)), *(x for row in turned for x in row)]
             # those of the third row remain, of a floor the components of the vertical
-            basis = groebner(whole, *A[:6], *reversed(A[6:]), order="grevlex")
-            self._relations += basis.exprs
+            self._relations += groebner(whole, *A[:6], *reversed(A[6:]), order="grevlex").exprs
 
     def write(self, formula: Any) -> Any:
         """Return a formula with cosines in the place of products of two components."""
@@ -559,15 +549,6 @@ class _Cosines:
         return moved | {
             s: min(f, known.get(s, f), key=_count_operations) for s, f in forces.items()
         }
-
-
-def _measure_slip(forces: _ElementForces) -> tuple[Any, ...]:
-    """Return the size of slip in space, then its parts."""
-    from sympy import sqrt
-
-    _, *parts = forces.slip
-    size = sqrt(sum(part**2 for part in parts))
-    return size, *(row.rate for row in forces.tangents)
 
 
 def _list_forces(
@@ -876,7 +857,7 @@ def _list_conditions(
     acting = [row for row in tangents if solution.get(row.symbol, 0) != 0]
     tangent, *others = acting or tangents[:1]
     if state == SLIPS:
-        yield ModeCondition("while", forces.slip[0], ">", 0)
+        yield ModeCondition("while", next(iter(forces.slip)), ">", 0)
     elif state != STICKS:
         sign = ">" if state == FORWARD else "<"
         rate = _put(tangent.rate, place) or tangent.rate
