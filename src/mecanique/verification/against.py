@@ -216,7 +216,7 @@ def _ask_file(
     """Ask an FMU, a shared library, a URDF file, or take the samples of a CSV file."""
     name = os.path.basename(os.fspath(path))
     ending = os.path.splitext(path)[1].lower()
-    if not (ending == ".fmu" or ending in LIBRARIES or _is_urdf(path)):
+    if not ("<" in os.fspath(path) or ending in {".fmu", ".urdf", ".xml", *LIBRARIES}):
         states, tau = read_samples(path, mechanism)
         return _Source(name, states, {"inverse dynamics": tau}, given=name)
     states = random_states(mechanism, samples, seed)
@@ -351,8 +351,3 @@ def _evaluate(
     if "mass matrix" not in values:
         values["mass matrix"] = equations.mass_matrix(states.q, states.t)
     return values, tuple(notes)
-
-
-def _is_urdf(path: str | os.PathLike[str]) -> bool:
-    text = os.fspath(path)
-    return "<" in text or text.lower().endswith((".urdf", ".xml"))

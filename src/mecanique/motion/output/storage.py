@@ -257,7 +257,9 @@ def read_arrays(path: str | PathLike[str]) -> dict[str, np.ndarray]:
 
 def to_csv(motion: Trajectory, path: str | PathLike[str]) -> None:
     """Write t, q, v and a to a CSV file: a header with units, then a row per sample, all digits."""
-    header = ",".join(f'"{title}"' if "," in title else title for title in _titles(motion))
+    known = _units(motion)
+    titles = ["t [s]", *(add_unit(name, known[name]) for name in motion.names)]
+    header = ",".join(f'"{title}"' if "," in title else title for title in titles)
     table = np.column_stack([motion.t, motion.q, motion.v, motion.a])
 
     def write(file: IO[bytes]) -> None:
@@ -307,11 +309,6 @@ def to_parquet(motion: Trajectory, path: str | PathLike[str]) -> None:
 def _units(motion: Trajectory) -> dict[str, str]:
     known = units(motion.mechanism)
     return known | {f"{name}'": per_second(known[name]) for name in motion.mechanism.velocities}
-
-
-def _titles(motion: Trajectory) -> list[str]:
-    known = _units(motion)
-    return ["t [s]", *(add_unit(name, known[name]) for name in motion.names)]
 
 
 def _write(path: Path, write: Callable[[Any], object]) -> None:
