@@ -361,3 +361,38 @@ def test_what_is_kept_of_the_last_states_is_not_pickled() -> None:
 def test_each_body_cut_free_names_what_acts_on_it(name: str, acting: dict[str, str]) -> None:
     text = " ".join(derive_system(name, "newton_euler").text(steps=True).split())
     assert dict(re.findall(r"Cut free, (\w+) is acted on by ([^.]*)\.", text)) == acting
+
+
+@pytest.mark.parametrize("factor", [1e-3, -1.0, 1e3])
+@pytest.mark.parametrize("method", ["lagrange", "newton_euler", "virtual_work"])
+def test_a_sleigh_is_driven_sideways_whatever_its_constraint_is_multiplied_by(
+    method: str, factor: float
+) -> None:
+    """With n = (sin θ, −cos θ), e ahead and v·n = s t: e·a = 0 and n·a = s − u θ', as e' = −θ' n.
+
+    The second row, the first again, changes nothing.
+    """
+    theta, s = mq.coordinate("theta"), 0.7
+    edges = (
+        mq.VelocityConstraint(
+            name,
+            {"x": scale * mq.sin(theta), "y": -scale * mq.cos(theta)},
+            scale * s * mq.time(),
+        )
+        for name, scale in (("edge", factor), ("again", 3.0))
+    )
+    sleigh = Mechanism(
+        "sleigh",
+        (Body("ground"), Body("sleigh", mq.box(2.0, (1, 0.4, 0.1)))),
+        (mq.Planar("plane", "ground", "sleigh", names=("x", "y", "theta")),),
+        gravity=(0, 0, 0),
+        velocity_constraints=tuple(edges),
+    )
+    turn, ahead, spin, t = 0.4, 0.9, 1.3, 2.0
+    e, n = (
+        np.array([np.cos(turn), np.sin(turn), 0.0]),
+        np.array([np.sin(turn), -np.cos(turn), 0.0]),
+    )
+    v = ahead * e + s * t * n + [0.0, 0.0, spin]
+    found = derive(sleigh, method).acceleration([0.2, -0.3, turn], v, t)
+    np.testing.assert_allclose(found, (s - ahead * spin) * n, rtol=0, atol=1e-12)

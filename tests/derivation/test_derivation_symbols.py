@@ -8,6 +8,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 import pytest
+import sympy
 from systems import derive_system
 
 from mecanique import (
@@ -244,6 +245,14 @@ def test_other_floats_are_the_fractions_that_they_are(number: float) -> None:
     series = algebra().number(number)
     assert series.is_number
     assert series == exact(number)
+
+
+@pytest.mark.parametrize("constant", [sympy.pi, sympy.E, sympy.GoldenRatio, sympy.EulerGamma])
+def test_constants_have_their_values(constant: sympy.NumberSymbol) -> None:
+    """In print π and e keep their names; the others, which SymPy alone knows, are numbers."""
+    series = algebra().number(constant)
+    assert float(evaluate(series, {})) == pytest.approx(float(constant), rel=1e-15)
+    assert series.is_number == (constant not in (sympy.pi, sympy.E))
 
 
 def test_products_name_masses_then_gravity_lengths_and_rates() -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy
 from systems import CLOSED, FREE, derive_system
 
 import mecanique as mq
@@ -86,6 +87,17 @@ def test_a_spring_in_a_screw_pulls_at_its_angle() -> None:
     assert verdict is not None
     assert max(verdict.worst.values()) <= 1e-12
     assert sprung.forces([0.5]) == pytest.approx([-3.0 * (0.5 - 0.4)], abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ["pi", "E", "GoldenRatio", "Catalan"])
+def test_constants_are_numbers_in_programs(name: str) -> None:
+    constant: sympy.NumberSymbol = getattr(sympy, name)
+    point = mq.Body("point", mq.particle(2.0))
+    slide = mq.Prismatic("slide", "ground", "point", axis=(1, 0, 0), coordinate="x")
+    pull = mq.JointForce("pull", "slide", -constant * mq.coordinate("x"))
+    mechanism = mq.Mechanism("spring", (mq.Body("ground"), point), (slide,), forces=(pull,))
+    program = mq.generate(mq.derive(mechanism), "c", ("rhs", "forces")).compile()
+    assert program.forces(0.0, [0.5], [0.0]) == pytest.approx([-0.5 * float(constant)], rel=1e-15)
 
 
 @pytest.mark.parametrize("name", CLOSED)

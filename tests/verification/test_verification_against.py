@@ -16,6 +16,7 @@ import mecanique as mq
 from mecanique.cli import app
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.coordinates import Coordinates
+from mecanique.verification.foreign import Functions
 
 PENDULUM = "rigid_bar_pendulum"
 FUNCTIONS: dict[str, Callable[..., Any]] = {
@@ -237,3 +238,38 @@ def test_a_state_is_given_also_where_a_function_may_do_without() -> None:
     reference = mq.Reference(mechanism)
     given: dict[str, Callable[..., Any]] = {"M": reference.mass_matrix, "bias": reference.bias}
     assert mq.verify(mechanism, 5, against=given).agrees
+
+
+@pytest.mark.parametrize("put_into_T", [False, True])
+def test_a_constraint_put_into_T_is_told_from_the_right_equations(put_into_T: bool) -> None:
+    """Of a sleigh by x' and θ': right u' = a θ'² and I_A θ'' = −m a u θ' with u = x' / cos θ.
+
+    Wrong: Lagrange's operator on T = ½ m u² + ½ I_A θ'².
+    """
+    m, a, theta = 2.0, 0.3, mq.coordinate("theta")
+    edge = mq.VelocityConstraint("edge", {"x": mq.sin(theta), "y": -mq.cos(theta)})
+    sleigh = mq.Mechanism(
+        "sleigh",
+        (mq.Body("ground"), mq.Body("sleigh", mq.box(m, (1, 0.4, 0.1)).at((a, 0, 0)))),
+        (mq.Planar("plane", "ground", "sleigh", names=("x", "y", "theta")),),
+        velocity_constraints=(edge,),
+    )
+    I_A = m * (1 + 0.4**2) / 12 + m * a**2
+
+    def mass_matrix(q: np.ndarray) -> np.ndarray:
+        return np.diag([m / np.cos(q[2]) ** 2, I_A])
+
+    def bias(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        (c, tangent), (x, _, w) = (np.cos(q[2]), np.tan(q[2])), v
+        if put_into_T:
+            return np.array([2 * x * w, -(x**2)]) * m * tangent / c**2
+        found: np.ndarray = -mass_matrix(q) @ [
+            a * w**2 * c - x * tangent * w,
+            -m * a * x / c * w / I_A,
+        ]
+        return found
+
+    functions = Functions(mass_matrix, bias, by=("x", "theta"))
+    verdict = mq.verify(sleigh, 4, 0, against=functions)  # where cos θ > 0.8
+    assert verdict.agrees != put_into_T
+    assert [cause.kind for cause in verdict.causes] == ["constraint put into T"] * put_into_T

@@ -43,7 +43,12 @@ from mecanique.verification.causes.joints import (
     placement_changes,
     state_changes,
 )
-from mecanique.verification.causes.links import fit_inertias, link_changes
+from mecanique.verification.causes.links import (
+    LinkEffect,
+    fit_inertias,
+    link_changes,
+    principal_turn,
+)
 from mecanique.verification.causes.search import causes_of
 from mecanique.verification.compare import ClosedForm
 from mecanique.verification.rows import moving_mass
@@ -373,6 +378,9 @@ def test_numbers_that_were_fitted_deviate_as_the_covariance_says() -> None:
         ((3, 0, -9), (-3, 0, 9), "gravity pulls the other way"),
         ((0, 0, -5e-6), (3e-6, 0, -4e-6), "gravity is (3e-06, 0, -4e-06) m/s²"),
         ((0, 0, -5e-9), (5e-9, 0, 0), "gravity pulls along +x"),
+        ((0, 0, -9.81), (6e-9, 0, -12), "gravity is (0, 0, -12) m/s²"),
+        ((0, 0, -9.81), (1.8e-8, 0, -12), "gravity is (1.8e-08, 0, -12) m/s²"),
+        ((0, 0, -9.81), (9.81, 1.5e-8, 0), "gravity is (9.81, 1.5e-08, 0) m/s²"),
     ],
 )
 def test_each_change_of_gravity_has_one_name(
@@ -696,12 +704,9 @@ def with_point_mass(more: float, m: float, c: Array, i: Array) -> tuple[float, A
     return m + more, center, i + steiner(m, c - center) + steiner(more, -center)
 
 
-@pytest.mark.parametrize(("kind", "words", "change"), list(other_inertias()))
-def test_each_kind_of_another_inertia_is_fitted_and_named_with_its_number(
-    kind: str, words: str, change: Callable[[float, Array, Array], Any]
-) -> None:
-    inertia = np.array([[0.2, 0.02, 0.03], [0.02, 0.3, 0.03], [0.03, 0.03, 0.4]])
-    free = mq.Mechanism(
+def hull_with_arm() -> mq.Mechanism:
+    """A free hull whose arm swings about a slanting axis, so that every mass moment is felt."""
+    return mq.Mechanism(
         "free",
         (mq.Body("ground"), mq.Body("hull", mq.box(3.0, (0.3, 0.4, 0.5))), mq.Body("arm")),
         (
@@ -710,8 +715,17 @@ def test_each_kind_of_another_inertia_is_fitted_and_named_with_its_number(
         ),
         gravity=(0, 0, -9.81),
     )
-    own = 2.0, np.array([0.1, -0.2, 0.3]), inertia
-    ours, theirs = (with_body(free, "arm", *body) for body in (own, change(*own)))
+
+
+INERTIA = np.array([[0.2, 0.02, 0.03], [0.02, 0.3, 0.03], [0.03, 0.03, 0.4]])
+
+
+@pytest.mark.parametrize(("kind", "words", "change"), list(other_inertias()))
+def test_each_kind_of_another_inertia_is_fitted_and_named_with_its_number(
+    kind: str, words: str, change: Callable[[float, Array, Array], Any]
+) -> None:
+    own = 2.0, np.array([0.1, -0.2, 0.3]), INERTIA
+    ours, theirs = (with_body(hull_with_arm(), "arm", *body) for body in (own, change(*own)))
     evidence = evidence_of(ours, told_by(theirs))
     slopes = [one.slopes for one in placement_changes(evidence)]
     assert all(each is not None and np.isfinite(each).all() for each in slopes)
@@ -723,6 +737,22 @@ def test_each_kind_of_another_inertia_is_fitted_and_named_with_its_number(
         if one.where == "link 'arm'" and evidence.residual(one.answers) < 1e-9
     ]
     assert any(kind == one and words in text for one, text in fitting), fitting
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_turn_begins_where_the_principal_axes_of_the_best_inertia_lie(seed: int) -> None:
+    """Where every mass moment is felt it is there already, up to half turns about these axes."""
+    turn = turn_about(np.random.default_rng(seed).uniform(-2, 2, 3))
+    other = turn @ INERTIA @ turn.T
+    ours, theirs = (
+        with_body(hull_with_arm(), "arm", 2.0, np.array([0.1, -0.2, 0.3]), inertia)
+        for inertia in (INERTIA, other)
+    )
+    evidence = evidence_of(ours, told_by(theirs))
+    (k,) = (k for k, link in enumerate(evidence.recursion.tree) if link.body == "arm")
+    effect = LinkEffect.of(evidence, evidence.regressor[:, :, k])
+    R = turn_about(principal_turn(effect, evidence.recursion.moments[k]))
+    np.testing.assert_allclose(R @ INERTIA @ R.T, other, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -237,7 +237,9 @@ def test_the_jets_are_asked_for_fewer_states_of_a_large_mechanism_which_is_repor
     assert verdict.notes == (
         "jets: at the first 25 states only, their cost grows with the cube of the size",
     )
-    assert not verify(chain, samples=25).notes
+    verdict = verify(chain, samples=25)
+    assert not verdict.notes
+    assert "jets" in sources_of("mass matrix", verdict)
 
 
 def test_a_closed_form_that_nobody_would_read_is_left_out_which_is_reported() -> None:
@@ -250,6 +252,14 @@ def test_a_closed_form_that_nobody_would_read_is_left_out_which_is_reported() ->
         "Newton-Euler",
         "virtual work",
     }
+    by_others = {"recursion", "Newton-Euler", "virtual work"}
+    assert sources_of("mass matrix", verdict) == by_others
+    assert sources_of("bias", verdict) == by_others | {"jets"}
+
+
+def sources_of(quantity: str, verdict: Verdict) -> set[str]:
+    """The forms whose answer for a quantity was compared."""
+    return {row.sources[0] for row in verdict.rows if row.quantity == quantity}
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any, final
 
@@ -12,10 +11,8 @@ from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.functions import function_without_arcs
 from mecanique.derivation.scalars.polynomials import exponents, power
-from mecanique.derivation.scalars.series import Kind, Ring, Series
+from mecanique.derivation.scalars.series import CONSTANTS, Kind, Ring, Series
 from mecanique.errors import UnknownNameError
-
-_CONSTANTS = {"pi": math.pi, "E": math.e}
 
 
 def evaluate(series: Series, values: Mapping[str, Any]) -> Any:
@@ -62,8 +59,8 @@ class Evaluation:
             if index in self._ring.atoms and generator.name not in self._given:
                 atom = self._ring.atoms[index]
                 value = atom.value(self(atom.argument))
-            elif generator.kind is Kind.CONSTANT and generator.name in _CONSTANTS:
-                value = _CONSTANTS[generator.name]
+            elif generator.kind is Kind.CONSTANT:
+                value = CONSTANTS[generator.name]
             elif generator.name in self._given:
                 value = self._given[generator.name]
                 value = np.asarray(value, dtype=float) if np.ndim(value) else float(value)

@@ -62,6 +62,9 @@ GIVEN = frozenset({Kind.PARAMETER, Kind.CONSTANT})
 TIMED = frozenset({Kind.TIME, Kind.INPUT})
 """Kinds of what changes by itself."""
 
+CONSTANTS = {"pi": math.pi, "E": math.e}
+"""Irrational constants that keep their names."""
+
 
 @final
 @dataclass(frozen=True)
@@ -457,7 +460,7 @@ class Ring:
         return self["t"]
 
     def constant(self, name: str) -> Series:
-        """Adjoin (once) a named irrational constant, e.g. "pi", and return it."""
+        """Adjoin (once) one of `CONSTANTS` and return it."""
         return self[name] if name in self._indices else self._adjoin(name, Kind.CONSTANT)
 
     def unknown(self, name: str, kind: Kind) -> Series:

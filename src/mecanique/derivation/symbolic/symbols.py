@@ -16,7 +16,7 @@ from mecanique.derivation.scalars.elementary import sqrt
 from mecanique.derivation.scalars.evaluation import evaluate as value_of
 from mecanique.derivation.scalars.functions import function_without_arcs
 from mecanique.derivation.scalars.polynomials import REACH
-from mecanique.derivation.scalars.series import FOLLOWER, Ring, Series
+from mecanique.derivation.scalars.series import CONSTANTS, FOLLOWER, Ring, Series
 from mecanique.derivation.tree.links import links
 from mecanique.derivation.tree.poses import (
     Arithmetic,
@@ -32,8 +32,6 @@ from mecanique.model.random_positions import draw_positions
 
 MOST_TERMS = 5_000
 """The longest series: enough for a robot with six hinges; longer ones are refused in seconds."""
-
-_CONSTANTS = {"exp(1)": "E"}
 
 _GRAVITY, _LENGTH, _RATE = 1, 2, 3
 """Positions in a product, after masses and forces: m g l, m l², m l Ω²."""
@@ -110,7 +108,8 @@ class Algebra:
         if constant.is_Rational:
             return self.ring.number(Fraction(int(constant.p), int(constant.q)))
         if constant.is_NumberSymbol:
-            return self.ring.constant(_CONSTANTS.get(str(constant), str(constant)))
+            name = str(constant)
+            return self.ring.constant(name) if name in CONSTANTS else self._float(float(constant))
         # a compound number, e.g. sqrt(2) pi, is evaluated as an expression in its parts
         from sympy import Symbol
 

@@ -11,13 +11,11 @@ from mecanique.derivation.equations import Equations
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.vectors import Rows
 from mecanique.derivation.scalars.polynomials import exponents
-from mecanique.derivation.scalars.series import FOLLOWER, Kind, Ring, Series
+from mecanique.derivation.scalars.series import CONSTANTS, FOLLOWER, Kind, Ring, Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import DerivationError
 from mecanique.program.tape import Tape, Value
 from mecanique.program.traced import trace, value_of
-
-_CONSTANTS = {"pi": 3.141592653589793, "E": 2.718281828459045}
 
 
 @final
@@ -87,8 +85,8 @@ class Lowering:
                 inner = self(atom.argument)
                 itself = atom.function in ("1", FOLLOWER)
                 self._generators[index] = inner if itself else self._tape.call(atom.function, inner)
-            elif generator.kind is Kind.CONSTANT and generator.name in _CONSTANTS:
-                self._generators[index] = _CONSTANTS[generator.name]
+            elif generator.kind is Kind.CONSTANT:
+                self._generators[index] = CONSTANTS[generator.name]
             else:
                 raise DerivationError(f"no value is known for {generator.name!r}")
         return self._generators[index]

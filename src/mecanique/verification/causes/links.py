@@ -141,20 +141,23 @@ def _fit(evidence: Evidence, effect: LinkEffect, k: int) -> Iterator[Hypothesis]
             yield change
 
 
-def _principal(effect: LinkEffect, J: Array) -> Array:
-    """The turn that carries the principal axes to those of the inertia that fits best, (3,)."""
+def principal_turn(effect: LinkEffect, J: Array) -> Array:
+    """Return the turn of the principal axes to those of the inertia that fits best, shape (3,)."""
     m, c, inertia = parts_of(J)
     units = [_symmetric(unit) for unit in np.eye(6)]
     columns = [effect.R @ (moments_of(m, c, inertia + E) - J)[_UPPER] for E in units]
     change = np.linalg.lstsq(np.array(columns).T, effect.y, rcond=1e-9)[0]
-    axes, fitted_axes = (np.linalg.eigh(I)[1] for I in (inertia, inertia + _symmetric(change)))
-    R = fitted_axes @ axes.T
-    if np.linalg.det(R) < 0:
-        R = fitted_axes @ np.diag([1.0, 1.0, -1.0]) @ axes.T
+    axes, fitted_axes = map(_axes_of, (inertia, inertia + _symmetric(change)))
     from scipy.spatial.transform import Rotation  # not wanted before a cause is looked for
 
-    turned: Array = Rotation.from_matrix(R).as_rotvec()
+    turned: Array = Rotation.from_matrix(fitted_axes @ axes.T).as_rotvec()
     return turned
+
+
+def _axes_of(inertia: Array) -> Array:
+    """Principal axes in columns, right-handed, (3, 3)."""
+    first, second = np.linalg.eigh(inertia)[1].T[:2]
+    return np.column_stack([first, second, np.cross(first, second)])
 
 
 @final
@@ -226,7 +229,7 @@ def _families(link: _Link, effect: LinkEffect, *, root: bool) -> Iterator[Family
         np.zeros(3),
     )
     if inertia.any():
-        yield from _inertias(link, _principal(effect, J))
+        yield from _inertias(link, principal_turn(effect, J))
 
 
 def _move_along(link: _Link, size: float, axis: Array, name: str) -> Family:
