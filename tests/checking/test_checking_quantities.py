@@ -205,6 +205,13 @@ def test_digits_that_are_exchanged_are_a_cause(ask: str, answer: str) -> None:
     assert "two digits of" in judged.causes[0].text
 
 
+@pytest.mark.parametrize("number", ["1 9.81", "(1 9.81)", "9.81²", "1.5 9.81"])
+def test_a_product_of_numbers_has_no_digits_to_exchange(number: str) -> None:
+    judged = mq.check(mq.textbook.load("simple_pendulum"), f"m g l ({number} - q)")
+    assert judged.outcome == "wrong"
+    assert not any("two digits of" in cause.text for cause in judged.causes)
+
+
 def test_values_that_are_not_given_are_a_matter_of_form() -> None:
     pendulum = mq.textbook.load("simple_pendulum", l=2)
     assert mq.check(pendulum, "sqrt(g/2)", "frequency").outcome == "right except for form"

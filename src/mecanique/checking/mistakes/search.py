@@ -249,8 +249,10 @@ _Candidate: TypeAlias = tuple[Array, str, str, float]
 
 
 def _exchange_digits(written: str) -> Iterator[float]:
-    """Yield a number as it is with two neighbouring digits exchanged."""
-    for i, j in pairwise([k for k, sign in enumerate(written) if sign.isdigit()]):
+    """Yield a number as it is with two neighbouring digits exchanged; none of a product."""
+    if not written.replace(".", "", 1).isdecimal():
+        return
+    for i, j in pairwise([k for k, sign in enumerate(written) if sign != "."]):
         signs = [*written]
         signs[i], signs[j] = signs[j], signs[i]
         yield float("".join(signs))
