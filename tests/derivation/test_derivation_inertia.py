@@ -7,11 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from derivation_reading import residual
+from scipy.spatial.transform import Rotation
 from systems import derive_system
 
 import mecanique as mq
+from mecanique.derivation.numeric.lagrange import LagrangeOnJets
+from mecanique.derivation.numeric.recursion import Recursion
+from mecanique.derivation.numeric.virtual_work import NumericVirtualWork
 from mecanique.model.bodies.shapes import HOMOGENEOUS
 from mecanique.model.force_base import Point
+from mecanique.model.states import States
 
 
 def step(equations: mq.Equations, title: str) -> tuple[str, list[str]]:
@@ -253,3 +258,46 @@ def test_every_system_states_the_form_of_a_book_or_that_it_is_the_librarys() -> 
 )
 def test_an_energy_integral_names_what_does_work(name: str, idle: str) -> None:
     assert idle in " ".join(derive_system(name).text(steps=True).split())
+
+
+@pytest.mark.parametrize("method", [LagrangeOnJets, Recursion, NumericVirtualWork])
+def test_a_free_body_has_the_equations_of_kirchhoff(method: type[Recursion]) -> None:
+    """In its axes p' + ω × p and H' + ω × H + v × p, p = m (v + ω × c), H = I_A ω + m c × v.
+
+    A slider follows it at s = n·x: s' = Rᵀn·v, s'' = Rᵀn·(v' + ω × v).
+    G. Kirchhoff, Vorlesungen über Mechanik, 1876, lecture 19.
+    """
+    m, c, sides = 2.0, np.array([0.1, -0.2, 0.3]), np.array([0.3, 0.4, 0.5])
+    light, n = 0.7, np.array([1.0, 2.0, -1.0])
+    x, y, z = map(mq.coordinate, ("free_x", "free_y", "free_z"))
+    free = mq.Mechanism(
+        "free",
+        (
+            mq.Body("ground"),
+            mq.Body("box", mq.box(m, tuple(sides)).at(tuple(c))),
+            mq.Body("slider", mq.particle(light)),
+        ),
+        (
+            floating := mq.Floating("free", "ground", "box"),
+            mq.Prismatic("rail", "ground", "slider", axis=(1, 0, 0), coordinate="s"),
+        ),
+        coordinates=mq.Coordinates(floating.coordinates, {"s": x + 2 * y - z}),
+        gravity=(0, 0, 0),
+    )
+    I_A = m / 12 * np.diag(sides @ sides - sides**2) + m * (c @ c * np.eye(3) - np.outer(c, c))
+    lever = m * np.cross(np.eye(3), c).T  # m c × is its transpose
+    M = np.block([[m * np.eye(3), lever], [lever.T, I_A]])
+    rng = np.random.default_rng(0)
+    p = rng.normal(size=(5, 4))
+    p /= np.linalg.norm(p, axis=1)[:, None]
+    states = States.of(free, np.hstack([rng.normal(size=(5, 3)), p]), rng.normal(size=(5, 6)))
+    equations = method(free)
+    found = equations.mass_matrix(states), equations.bias(states)
+    for state, p_k, M_k, bias in zip(states.v, p, *found, strict=True):
+        v, w = np.split(state, 2)
+        push, turn = np.split(M @ state, 2)
+        g = np.concatenate([Rotation.from_quat(p_k).as_matrix().T @ n, np.zeros(3)])
+        np.testing.assert_allclose(M_k, M + light * np.outer(g, g), rtol=0, atol=1e-12)
+        expected = np.concatenate([np.cross(w, push), np.cross(w, turn) + np.cross(v, push)])
+        expected += light * g * (g[:3] @ np.cross(w, v))
+        np.testing.assert_allclose(bias, expected, rtol=0, atol=1e-12)

@@ -261,13 +261,9 @@ def test_a_constraint_put_into_T_is_told_from_the_right_equations(put_into_T: bo
 
     def bias(q: np.ndarray, v: np.ndarray) -> np.ndarray:
         (c, tangent), (x, _, w) = (np.cos(q[2]), np.tan(q[2])), v
-        if put_into_T:
-            return np.array([2 * x * w, -(x**2)]) * m * tangent / c**2
-        found: np.ndarray = -mass_matrix(q) @ [
-            a * w**2 * c - x * tangent * w,
-            -m * a * x / c * w / I_A,
-        ]
-        return found
+        wrong = np.array([2 * x * w, -(x**2)]) * m * tangent / c**2
+        a_x, a_theta = a * w**2 * c - x * tangent * w, -m * a * x / c * w / I_A
+        return np.asarray(wrong if put_into_T else -mass_matrix(q) @ [a_x, a_theta])
 
     functions = Functions(mass_matrix, bias, by=("x", "theta"))
     verdict = mq.verify(sleigh, 4, 0, against=functions)  # where cos θ > 0.8

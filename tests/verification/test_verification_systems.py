@@ -272,9 +272,12 @@ def test_every_reaction_is_the_engines(name: str) -> None:
     assert row.worst < 1e-12
 
 
-def test_a_long_chain_is_compared_at_fewer_states() -> None:
-    chains = {n: textbook.load("n_link_pendulum", n=n) for n in (60, 120)}
-    assert {n: usual_samples(chain) for n, chain in chains.items()} == {60: 100, 120: 25}
+def test_a_long_chain_is_compared_at_fewer_states(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the square of its size."""
+    monkeypatch.setattr("mecanique.verification.states._LONG", 3)
+    chains = {n: textbook.load("n_link_pendulum", n=n) for n in (2, 3, 6, 15)}
+    counts = {n: usual_samples(chain) for n, chain in chains.items()}
+    assert counts == {2: 100, 3: 100, 6: 25, 15: 5}
 
 
 def test_verify_reports_its_progress() -> None:

@@ -73,7 +73,7 @@ MOST_TURNED = 2
 MOST_SIMPLIFIED = 30
 """Operations of a formula up to which sums of angles are looked for."""
 
-LARGEST_FACTORED = 10**50
+LARGEST_FACTORED = 1e50
 """Largest number of a formula that is factored or simplified: products of decimals of 16 digits
 share nothing, and are sought through for minutes."""
 

@@ -119,8 +119,9 @@ class Dimensions:
 
     def _of_sum(self, scalar: Scalar) -> Dimension | None:
         stated = [(term, self.of(term)) for term in scalar.args]
-        if len({its for _, its in stated}) == 1:
-            return stated[0][1]
+        common, *others = {its for _, its in stated}
+        if not others:
+            return common
         known = [(term, its) for term, its in stated if its is not None and not term.is_number]
         named = [(term, its) for term, its in known if self.declares(term)]
         if not named:

@@ -239,7 +239,7 @@ def _run_file(
     except Exception as error:
         # FMPy raises whatever the file's fault leads to
         raise InputError(f"expected an FMU, but {path} cannot be read: {error}") from None
-    if described.modelExchange is None or described.fmiVersion[:1] not in "23":
+    if described.modelExchange is None or not described.fmiVersion.startswith(("2", "3")):
         raise InputError(
             f"expected an FMU for model exchange by FMI 2 or 3, got FMI {described.fmiVersion}"
             f"{'' if described.modelExchange else ' without model exchange'} in {path}"

@@ -15,7 +15,7 @@ from typing import NamedTuple, final
 from mecanique.derivation.mechanics.contacts import touch
 from mecanique.derivation.scalars.cancel import tidy, without_rounding
 from mecanique.derivation.scalars.elementary import over_length, root_of_square
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.series import Kind, Ring, Series
 from mecanique.derivation.symbolic.derivation import Assumption, Tie
 from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
 from mecanique.derivation.symbolic.vectors import (
@@ -184,7 +184,7 @@ def _cut_open(kinematics: Kinematics, loop: Loop) -> Bond:
     ties, units, one = list[Tie](), list[SymbolicWrench](), ring.number(1)
     for row, demand, meaning, unit in (
         *_along(kinematics, loop, a, on_b - on_a, within),
-        *_about(loop, a, b),
+        *_about(kinematics.algebra.ring, loop, a, b),
     ):
         summed = [one] if row.startswith("r") else [*on_a, *on_b]
         demand = without_rounding(tidy(demand), summed)
@@ -222,12 +222,12 @@ def _along(
         yield _Row("xyz"[k], dot(axes[k], p), meaning, SymbolicWrench(axes[k], nothing))
 
 
-def _about(loop: Loop, a: Sequence[Vector], b: Sequence[Vector]) -> Iterator[_Row]:
+def _about(ring: Ring, loop: Loop, a: Sequence[Vector], b: Sequence[Vector]) -> Iterator[_Row]:
     """Yield the equations that keep axes parallel."""
     # In the rotation δφ of b relative to a, a·b changes by (b × a)·δφ
-    nothing = zero(a[0].x.ring)
+    nothing = zero(ring)
     for row, terms in _TURNS.get(loop.kind, {}).items():
-        whole = a[0].x.ring.sum([dot(a[i], b[k]) * sign for sign, i, k in terms])
+        whole = ring.sum([dot(a[i], b[k]) * sign for sign, i, k in terms])
         turn = total([cross(b[k], a[i]) * sign for sign, i, k in terms])
         meaning = f"moment {_on(loop)}, about {row[1]} of its frame in {loop.body_a} [N m]"
         mean = Vector(*(part / len(terms) for part in turn))

@@ -26,7 +26,7 @@ from mecanique.derivation.scalars.cancel import (
 from mecanique.derivation.scalars.evaluation import Substitution
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.polynomials import exponent, exponents, power
-from mecanique.derivation.scalars.series import GIVEN, Kind, Series, canonical
+from mecanique.derivation.scalars.series import GIVEN, Kind, Ring, Series, canonical
 from mecanique.derivation.symbolic.derivation import (
     Derivation,
     along_displacement,
@@ -435,19 +435,19 @@ def reduce_quotient(above: Series, below: Series) -> Quotient:
     whole = divide_exactly(above, below)
     if whole is not None:
         return Quotient(whole, one)
-    above, below = divide_common(divide_waves(_clear_divisors([above, below])))
+    above, below = divide_common(divide_waves(_clear_divisors(one.ring, [above, below])))
     if is_constant(below):
         return Quotient(tidy(above / below), one)
     below, above = make_positive([below, above])
     return Quotient(above, below)
 
 
-def _clear_divisors(fraction: Column) -> Column:
+def _clear_divisors(ring: Ring, fraction: Column) -> Column:
     """Multiply numerator and denominator by what their terms are divided by, if that removes it."""
-    for index, atom in fraction[1].ring.atoms.items():
+    for index, atom in ring.atoms.items():
         least = find_least_power(fraction, index)
         if least < 0 and atom.function == "1":
-            divisor = atom.argument.ring.monomial(power(index, -least))
+            divisor = ring.monomial(power(index, -least))
             cleared = [tidy(divisor * series) for series in fraction]
             if find_least_power(cleared, index) == 0:
                 fraction = cleared

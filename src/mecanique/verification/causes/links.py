@@ -147,17 +147,13 @@ def principal_turn(effect: LinkEffect, J: Array) -> Array:
     units = [_symmetric(unit) for unit in np.eye(6)]
     columns = [effect.R @ (moments_of(m, c, inertia + E) - J)[_UPPER] for E in units]
     change = np.linalg.lstsq(np.array(columns).T, effect.y, rcond=1e-9)[0]
-    axes, fitted_axes = map(_axes_of, (inertia, inertia + _symmetric(change)))
+    axes, fitted_axes = (np.linalg.eigh(I)[1] for I in (inertia, inertia + _symmetric(change)))
+    R = fitted_axes @ axes.T
     from scipy.spatial.transform import Rotation  # not wanted before a cause is looked for
 
-    turned: Array = Rotation.from_matrix(fitted_axes @ axes.T).as_rotvec()
+    # signs of axes mean nothing: what mirrors turns the other way
+    turned: Array = Rotation.from_matrix(np.linalg.det(R) * R).as_rotvec()
     return turned
-
-
-def _axes_of(inertia: Array) -> Array:
-    """Principal axes in columns, right-handed, (3, 3)."""
-    first, second = np.linalg.eigh(inertia)[1].T[:2]
-    return np.column_stack([first, second, np.cross(first, second)])
 
 
 @final
