@@ -349,6 +349,43 @@ ANSWERED = (
     ("simple_pendulum", "frequency", "T = 2.006 ms", "wrong", "a factor 1000"),
     ("simple_pendulum", "frequency", "3.3 rad/s", "wrong", "the number is 5.4 % too large"),
     ("simple_pendulum", "equation of motion", "diff(q(t),t$2) + g/l*sin(q(t)) = 0", "right", ""),
+    (
+        "simple_pendulum",
+        "equilibrium",
+        "q = n π; stable si n est pair, instable sinon",
+        "right",
+        "",
+    ),
+    (
+        *("bead_on_hoop", "equilibrium"),
+        "θ = 0 ist stabil für W² < g/R\nθ = π ist immer instabil\n"
+        "θ = ± arccos(g/(R W²)) für W² > g/R",
+        *("right", ""),
+    ),
+    (
+        *("elastic_pendulum", "equilibrium"),
+        "theta = 0, r = l0 + m*g/k (stable)\n"
+        "theta = pi, r = l0 - m*g/k (unstable, only if k*l0 > m*g)",
+        *("right", ""),
+    ),
+    (
+        *("rack_and_pinion", "equilibrium"),
+        *("Au repos le ressort équilibre le couple : x = D/(k r), position stable.", "right", ""),
+    ),
+    (
+        *("coupled_pendulums", "frequency"),
+        "Les pulsations sont ω1 = sqrt(g/l) (en phase) et ω2 = sqrt(g/l + 2 k a^2/(m l^2)).",
+        *("right", ""),
+    ),
+    ("simple_pendulum", "frequency", "f = 0.498 Hz (ω ≈ 3.13 rad/s)", "right except for form", ""),
+    (
+        *("two_blocks", "undamped frequency"),
+        r"\omega_{1,2}^2 = \frac12[\frac{k_1+k_2}{m_1}+\frac{k_2}{m_2} \pm "
+        r"\sqrt{(\frac{k_1+k_2}{m_1}+\frac{k_2}{m_2})^2 - \frac{4 k_1 k_2}{m_1 m_2}}]",
+        *("right", ""),
+    ),
+    ("foucault_pendulum", "frequency", "ω = √(g/l) ± W", "right", ""),
+    ("foucault_pendulum", "frequency", "omega = sqrt(g/l + W^2)", "wrong", ""),
     ("kepler_orbit", "conserved quantity", "dA/dt = 1/2 r^2 phi' = const", "right", ""),
     ("spherical_pendulum", "conserved quantity", "l_z = m l^2 sin(theta)^2 phi'", "right", ""),
     ("heavy_top", "conserved quantity", "psi' + phi' cos(theta) = n (const)", "right", ""),

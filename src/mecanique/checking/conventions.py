@@ -342,7 +342,8 @@ _REMARK = re.compile(
     r"|\bany \w+\b(?![ ]*[=(])"
     r"|(?:∀ ?|\\forall ?)?\b\w+ ?(?:∈|\\in\b) ?(?:ℝ|R\b|\\mathbb ?\{? ?R ?\}?|\\R\b)"
     r"|∀ ?\w+\b"
-    r"|\b(?:if|when|for|provided|falls|wenn|si)\b[^=\n;]{0,99}(?:[<>≤≥]|\\[lg]eq?(?![a-z]))[^\n;]*)"
+    r"|\b(?:(?:only|nur) )?(?:if|when|for|provided|falls|wenn|für|si|pour|para)\b[^=\n;]{0,99}"
+    r"(?:[<>≤≥]|\\[lg]eq?(?![a-z]))(?:[^\n;()]|\([^()\n]*\))*)"
 )
 """What is free in an equilibrium, and for which parameters there is one."""
 
@@ -399,8 +400,13 @@ _COUNTED = re.compile(
 """Numbers that a letter stands for, as in j = 1, …, 5."""
 
 
+_BOTH = re.compile(r"_(?:\{ ?1 ?[,/] ?2 ?\}|1[,/]2(?!\d))")
+"""The subscript of two values that are given together."""
+
+
 def _count_out(text: str, letters: KnownLetters, _: Prompt) -> _Written:
-    """Write omega_j = …, j = 1, …, 5 as an equation for each number."""
+    """Write omega_j = …, j = 1, …, 5 as an equation for each number, and omega_{1,2} as omega."""
+    text = _BOTH.sub("", text)
     counted = _COUNTED.search(text)
     if counted is None or letters.find(counted["name"]) is not None:
         return text, letters

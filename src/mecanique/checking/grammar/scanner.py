@@ -199,7 +199,7 @@ def _unify(text: str) -> tuple[str, list[int]]:
             some = "".join(
                 _DOTS.get(sign, sign)
                 for sign in unicodedata.normalize(_form_of(original), original)
-                if not (sign == "\u0308" and _is_umlaut(text, place))
+                if sign not in _ACCENTS and not (sign == "\u0308" and _is_umlaut(text, place))
             )
         raised = original in _RAISED
         # in q̈1 as in q̈₁ the digit is a subscript
@@ -214,6 +214,9 @@ def _form_of(sign: str) -> Literal["NFD", "NFKD"]:
     """Return the form in which a sign is plain: mathematical alphabets stand for letters."""
     return "NFKD" if sign == "ℎ" or "\U0001d400" <= sign <= "\U0001d7ff" else "NFD"
 
+
+_ACCENTS = "\u0300\u0301\u0327"
+"""Accents of words such as période, which no letter of a formula has."""
 
 _UMLAUT = re.compile(r"(?:[^\W\d_]\u0308?){4,}")
 
@@ -327,6 +330,11 @@ _DIGITS = re.compile(
 )
 """How many digits a number is given to."""
 
+_IN_OTHER_UNITS = re.compile(
+    r"(?:(?<=Hz)|(?<=rad/s)|(?<=rpm)) ?\([^()=\n]{1,20}(?:[=≈]|\\approx)[^()\n]{1,30}\)"
+)
+"""A frequency once more behind the first, as in 1.13 Hz (ω = 7.1 rad/s)."""
+
 _ALMOST_EQUAL = re.compile(r"≈|≃|≅|\\approx(?![A-Za-z])|\\simeq(?![A-Za-z])|\\cong(?![A-Za-z])")
 _APPROXIMATELY = re.compile(rf"(?:{_ALMOST_EQUAL.pattern})(?:(?!\\\\|,\s)[^\n;])*")
 
@@ -365,7 +373,7 @@ _SHORTEST_WORD = 3
 _STOPS = re.compile(
     r"is|of|the|to|we|by|so|it|in|as|at|are|with|for|where|and|get|"
     r"und|ist|die|der|das|mit|aus|von|wir|also|la|el|lo|le|los|las|de|"
-    r"del|en|es|por|que|con|donc|on|soit|ou|est|pour"
+    r"del|en|es|por|que|con|donc|on|soit|ou|est|et|au|du|un|une|pour"
 )
 """Short words of sentences."""
 
@@ -861,7 +869,7 @@ class Scanner:
         for match in _BETWEEN.finditer(self._plain):
             if self.letters.find(match["slope"] or match["sum"]) is None:
                 remarks.append(match.span())
-        for remark in (_INTEGER, _DIGITS):
+        for remark in (_INTEGER, _DIGITS, _IN_OTHER_UNITS):
             remarks += [match.span() for match in remark.finditer(self._plain)]
         if self.letters.find("Sigma") is None:
             for match in _SUM_OF_FORCES.finditer(self._plain):

@@ -464,10 +464,12 @@ def judge_positions(
 
 _STABILITY = re.compile(
     r"(?<![A-Za-z])(?P<all>(?:both|all|alle|beide)(?: (?:are|sind))? )?"
-    r"(?:(?P<other>un|in|not |nicht )?stab(?:le|il)|(?P<falls>labil))(?![a-z])(?P<ahead> ?:)?",
+    r"(?:(?P<other>un|in|not |nicht )?stab(?:le|il)|(?P<falls>labil))(?![a-z])"
+    r"(?! (?:only |nur )?(?:if|when|for|falls|wenn|für|si|pour|where|provided)\b)"
+    r"(?! (?:sinon|sonst|otherwise|else)\b)(?P<ahead> ?:)?",
     re.IGNORECASE,
 )
-"""What is said of the stability of an equilibrium."""
+"""What is said of the stability of an equilibrium, under no condition."""
 
 
 def _judge_stability(positions: list[Position], known: Equilibria, text: str) -> list[Position]:

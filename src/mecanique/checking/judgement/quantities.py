@@ -310,12 +310,12 @@ class _Asked:
                     first = np.array([position[name][0] for name in equilibria.felt])
                     notes = [f"about the equilibrium {equilibria.name(first, 0)}"]
         M, C, K = linear_matrices(self._truth, position)[:3]
-        if name in ("frequency", "period") and np.abs(C).max(initial=0.0) > 1e-12:
-            raise InputError(
-                "the mechanism is damped or gyroscopic; ask for the 'undamped frequency' or the "
-                "'damped frequency'"
-            )
         gyroscopic, slips = (C - C.transpose(0, 2, 1)) / 2, []
+        if name in ("frequency", "period") and np.abs(C - gyroscopic).max(initial=0.0) > 1e-12:
+            raise InputError(
+                "the mechanism is damped; ask for the 'undamped frequency' or the 'damped "
+                "frequency'"
+            )
         if name == "damped frequency":
             undamped = _oscillate(M, gyroscopic, K).T
             slips.append(("missing", f"{_UNDAMPED}: it is the undamped frequency", undamped))
