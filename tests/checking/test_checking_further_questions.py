@@ -386,6 +386,11 @@ ANSWERED = (
     ),
     ("foucault_pendulum", "frequency", "ω = √(g/l) ± W", "right", ""),
     ("foucault_pendulum", "frequency", "omega = sqrt(g/l + W^2)", "wrong", ""),
+    (
+        *("furuta_pendulum", "frequency"),
+        "La frecuencia alrededor de theta = 0 es omega = sqrt((1 + 3*m/M)*g/l).",
+        *(None, "it belongs to the question, as in --ask 'frequency at theta = 0'"),
+    ),
     ("kepler_orbit", "conserved quantity", "dA/dt = 1/2 r^2 phi' = const", "right", ""),
     ("spherical_pendulum", "conserved quantity", "l_z = m l^2 sin(theta)^2 phi'", "right", ""),
     ("heavy_top", "conserved quantity", "psi' + phi' cos(theta) = n (const)", "right", ""),

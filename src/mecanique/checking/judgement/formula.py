@@ -112,6 +112,13 @@ def _judge_value(
     all_judged: list[Judged] = []
     statements, helpers = _insert_values(statements, letters if quantity.kind == "several" else ())
     for statement in statements:
+        if several and statement.sides[0].name in truth.mechanism.coordinates.names:
+            raise FormulaError(
+                f"{statement.text!r} is a position; it belongs to the question, as in "
+                f"--ask 'frequency at {statement.text}'",
+                text,
+                statement.start,
+            )
         if by_letter:
             _refuse_formula(statement, f"one of {', '.join(letters)}", text)
         # a number alone says by its unit what it is
