@@ -322,6 +322,14 @@ ANSWERED = (
     ("rigid_bar_pendulum", "equilibrium", "q = 0 (stable), q = pi (unstable)", "right", ""),
     ("rigid_bar_pendulum", "equilibrium", "q = 0 stable, q = pi stable", "wrong", "not stable"),
     ("rigid_bar_pendulum", "equilibrium", "unstable: q = 0; stable: q = pi", "wrong", "is stable"),
+    (
+        *("rigid_bar_pendulum", "equilibrium"),
+        *("stable equilibrium at q = 0, unstable equilibrium at q = pi", "right", ""),
+    ),
+    (
+        *("rigid_bar_pendulum", "equilibrium"),
+        *("q = 0 is unstable and q = pi is stable", "wrong", "it is stable"),
+    ),
     ("rigid_bar_pendulum", "equilibrium", "q = 0, pi, both stable", "wrong", "not stable"),
     ("furuta_pendulum", "equilibrium", "theta = 0 or pi; alpha may have any value", "right", ""),
     ("furuta_pendulum", "steady motion", "alpha'^2 = g/(l cos(theta))", "right", "with tau = 0"),

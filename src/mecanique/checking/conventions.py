@@ -198,8 +198,12 @@ def _name_constants(
     text: str, letters: KnownLetters, prompt: Prompt, unknown: Sequence[str]
 ) -> _Written | None:
     """Know the letters that stand alone on a side as names of a conserved quantity."""
-    sides = {re.sub(r"[\\{}$\s.]|\(?const\w*\)?", "", side) for side in re.split(r"[=\n;,]", text)}
-    alone = [name for name in unknown if name in sides or key_of(name) in map(key_of, sides)]
+    plain = re.sub(r"[\\{}$. ]|\(?const\w*\)?", "", text)
+    alone = [
+        name
+        for name in unknown
+        if re.search(rf"(?:^|[=;,\n]){re.escape(name)}(?:$|[=;,\n])", plain)
+    ]
     if prompt.quantity.kind != "conserved" or not alone:
         return None
     kinds: dict[str, Kind] = {**letters.kinds, **dict.fromkeys(alone, "other")}

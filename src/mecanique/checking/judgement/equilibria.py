@@ -53,7 +53,7 @@ _ROUNDS = 40
 _STEP = 0.3
 """Largest step of Newton's method, in radians or characteristic lengths."""
 
-_ROUNDING = 1e-3
+_LEAST_USUAL = 1e-3
 """With constraints, forces are measured by at least this part of the largest usual one."""
 
 _BESIDE = 0.1
@@ -97,7 +97,7 @@ class Equilibria:
         reactions = np.einsum("nmj,nm->nj", sample.slopes, sample.multipliers)
         usual = np.maximum(np.abs(rest).mean(0), np.abs(reactions).mean(0))
         # rows of massless coordinates hold rounding alone
-        least = _ROUNDING * usual.max(initial=0.0) if truth.multipliers else 0.0
+        least = _LEAST_USUAL * usual.max(initial=0.0) if truth.multipliers else 0.0
         self._usual = np.maximum(usual, max(least, 1e-300))
         turning = angles(truth.mechanism)
         length = self._length = characteristic_length(truth.mechanism)
@@ -124,7 +124,7 @@ class Equilibria:
         )
 
     def _drives(self, name: str) -> bool:
-        """Whether the start from rest depends on a coordinate, as on more than axes it may."""
+        """Whether a motion from rest depends on a coordinate; axes of constraints alone may."""
         here = self._truth.sample.values
         values = {name: here[name] for name in self.coordinates}
         moved = {**values, name: values[name] + _SHIFT * self.size[name]}
@@ -466,10 +466,12 @@ _STABILITY = re.compile(
     r"(?<![A-Za-z])(?P<all>(?:both|all|alle|beide)(?: (?:are|sind))? )?"
     r"(?:(?P<other>un|in|not |nicht )?stab(?:le|il)|(?P<falls>labil))(?![a-z])"
     r"(?! (?:only |nur )?(?:if|when|for|falls|wenn|für|si|pour|where|provided)\b)"
-    r"(?! (?:sinon|sonst|otherwise|else)\b)(?P<ahead> ?:)?",
+    r"(?! (?:sinon|sonst|otherwise|else)\b)",
     re.IGNORECASE,
 )
 """What is said of the stability of an equilibrium, under no condition."""
+
+_CLAUSE_ENDS = re.compile(r"[,;.)\n]|\b(?:and|or|und|oder|et|y|while|whereas)\b")
 
 
 def _judge_stability(positions: list[Position], known: Equilibria, text: str) -> list[Position]:
@@ -477,13 +479,12 @@ def _judge_stability(positions: list[Position], known: Equilibria, text: str) ->
     judged = [*positions]
     for said in _STABILITY.finditer(text):
         starts = [line.start for position in positions for line in position.statements]
-        if said["ahead"]:
-            following = [start for start in starts if start >= said.end()]
-            about = {min(following, default=-1)}
-        else:
-            about = {max((start for start in starts if start < said.start()), default=-1)}
+        about = min((start for start in starts if start >= said.end()), default=-1)
+        # "unstable at q = π" is said of what follows, "q = π is unstable" of what goes before
+        if about < 0 or _CLAUSE_ENDS.search(text, said.end(), about):
+            about = max((start for start in starts if start < said.start()), default=-1)
         for k, position in enumerate(positions):
-            named = said["all"] or about & {line.start for line in position.statements}
+            named = said["all"] or about in [line.start for line in position.statements]
             stable = known.is_stable(position.values) if named and not position.worst else None
             if stable is not None and stable == bool(said["other"] or said["falls"]):
                 fault = "it is stable" if stable else "it is not stable"
