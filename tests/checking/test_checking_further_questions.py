@@ -399,6 +399,19 @@ ANSWERED = (
         "La frecuencia alrededor de theta = 0 es omega = sqrt((1 + 3*m/M)*g/l).",
         *(None, "it belongs to the question, as in --ask 'frequency at theta = 0'"),
     ),
+    # the length of a spring has a letter in the equations
+    (
+        *("coupled_pendulums", "potential energy"),
+        *(r"V = \frac12 k (\rho - d)^2 - m g l (\cos q_1 + \cos q_2)", "right", ""),
+    ),
+    (
+        *("coupled_pendulums", "potential energy"),
+        *("V = k (rho - d)/2 - m g l (cos q1 + cos q2)", "wrong", "units"),
+    ),
+    (
+        *("coupled_pendulums", "potential energy"),
+        *("V = k (rho - d)^2 - m g l (cos q1 + cos q2)", "wrong", "twice"),
+    ),
     ("kepler_orbit", "conserved quantity", "dA/dt = 1/2 r^2 phi' = const", "right", ""),
     ("spherical_pendulum", "conserved quantity", "l_z = m l^2 sin(theta)^2 phi'", "right", ""),
     ("heavy_top", "conserved quantity", "psi' + phi' cos(theta) = n (const)", "right", ""),

@@ -236,9 +236,13 @@ class Checker:
     ) -> dict[str, str]:
         """Return the meaning of each letter that an answer to a question may contain."""
         letters, quantity = self.find_letters(ask, let)
-        asked = () if quantity.kind == "motion" else quantity.names
+        asked = () if quantity.kind == "motion" else quantity.letters
         units = {**self.search.units.of, **quantity.dimensions}
         meanings = {p.symbol: p.meaning for p in self.mechanism.parameters}
+        if derivation := self.truth.derivation:
+            meanings |= dict.fromkeys(derivation.lengths, "length of a spring")
+            meanings |= {f"lambda_{tie.name}": tie.meaning for tie in derivation.ties}
+        meanings |= {alias: f"the same as {name}" for alias, name in quantity.aliases.items()}
         listed = {}
         for name, kind in letters.kinds.items():
             said = meanings.get(name) or ("what is asked for" if name in asked else kind)

@@ -162,6 +162,7 @@ class _Asked:
             values,
             series=dict.fromkeys(self._letters, series),
             dimensions=dict.fromkeys(self._letters, read_unit("N·m")),
+            more=self._sample.lengths,
         )
         if name == "kinetic energy":
             return exact
@@ -174,6 +175,8 @@ class _Asked:
             known = np.isfinite(self._value(self._lagrange.T + self._lagrange.V, moved))
         # what other parameters put out of reach stays where it is
         moved = {n: np.where(known, x, self._sample.values[n]) for n, x in moved.items()}
+        ring = self._lagrange.V.ring
+        moved |= {name: self._value(ring[name], moved) for name in self._sample.lengths}
         return replace(exact, kind="up to a constant", again=(self._value(series, moved), moved))
 
     def _value(self, series: Series, values: Mapping[str, Array]) -> Array:
