@@ -55,6 +55,41 @@ def test_what_is_named_is_on_the_disk(tmp_path: Path, monkeypatch: pytest.Monkey
     assert done == ["synced", "named"]
 
 
+@pytest.mark.skipif(not Path("/dev/full").is_char_device(), reason="has no such device")
+def test_a_device_is_written_to_and_stays(tmp_path: Path) -> None:
+    link = tmp_path / "full.csv"
+    link.symlink_to("/dev/full")
+    for path in (Path("/dev/full"), link):
+        with pytest.raises(OSError, match="No space left") as caught, write_whole(path) as file:
+            file.write(b"t,q")
+        assert caught.value.filename == "/dev/full"
+    assert link.is_symlink()
+    assert Path("/dev/full").is_char_device()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="has no named pipes")
+def test_a_pipe_is_written_to(tmp_path: Path) -> None:
+    pipe = tmp_path / "motion.csv"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    with write_whole(pipe) as file:
+        file.write(b"t,q")
+    assert os.read(reader, 10) == b"t,q"
+    os.close(reader)
+    assert pipe.is_fifo()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need rights of an administrator")
+def test_a_link_is_followed(tmp_path: Path) -> None:
+    target, link = tmp_path / "run.csv", tmp_path / "last.csv"
+    target.write_text("before", encoding="utf-8")
+    link.symlink_to(target)
+    with write_whole(link) as file:
+        file.write(b"after")
+    assert link.is_symlink()
+    assert target.read_text(encoding="utf-8") == "after"
+
+
 def test_comments_before_a_robot_take_no_time() -> None:
     start = process_time()
     assert recognize(b"<!-- a -->\n" * 400 + b"<robot/>") is None

@@ -30,16 +30,22 @@ _MISTAKEN = (
 def write_whole(path: Path) -> Iterator[IO[bytes]]:
     """Open a new file that takes a path's place at the end of the block, unless the block raises.
 
+    A link is followed; a device or a pipe is written to, as it has no place to take.
+
     Args:
         path: its directory must exist.
 
     Raises:
         OSError: that names the path, e.g. when the disk is full.
     """
+    path = path.resolve() if path.is_symlink() else path
+    whole = path.is_file() or not path.exists()
     beside = path.parent / f".{path.name}.{token_hex(6)}.part"
     try:
-        with beside.open("xb") as file:
+        with beside.open("xb") if whole else path.open("wb") as file:
             yield file
+            if not whole:
+                return
             # a name must not stand for a content that a crash may still lose
             file.flush()
             os.fsync(file.fileno())
