@@ -38,8 +38,11 @@ def offset(teeth: WheelTeeth, pose: np.ndarray, radius: float, toward: np.ndarra
     return float(radius * np.arctan2(nearest @ tangent, nearest @ at) / pitch)
 
 
-def bevel_wheels(slant: float, big: float = 0.2, small: float = 0.1) -> Mechanism:
-    """Two bevel wheels at an angle [°], the apex of their pitch cones at the origin."""
+def bevel_wheels(slant: float, big: float = 0.2, small: float = 0.1, sign: int = 1) -> Mechanism:
+    """Two bevel wheels at an angle [°], the apex of their pitch cones at the origin.
+
+    The axis of the second points away from the apex, or towards it.
+    """
     angle = np.deg2rad(slant)
     c, s = np.cos(angle), np.sin(angle)
     a, b = (small + c * big) / s, (big + c * small) / s
@@ -49,7 +52,11 @@ def bevel_wheels(slant: float, big: float = 0.2, small: float = 0.1) -> Mechanis
         (Body("ground"), Body("a", disk(3.0, big)), Body("b", disk(1.0, small))),
         (
             Revolute("A", "ground", "a", axis=(0, 0, 1), origin=Placement((0, 0, a))),
-            Revolute("B", "ground", "b", axis=(0, 0, 1), origin=Placement(b * line, (0, angle, 0))),
+            Revolute(
+                *("B", "ground", "b"),
+                axis=(0, 0, sign),
+                origin=Placement(b * line, (0, angle, 0)),
+            ),
         ),
         elements=(Gear("mesh", "A", "B", big, other_radius=small),),
     )
@@ -138,9 +145,10 @@ def test_without_gears_nothing_has_teeth_and_odd_radii_have_whole_numbers() -> N
 @pytest.mark.parametrize(
     ("slant", "place"), [(90, 0.0), (90, 0.7), (60, -1.9), (120, 0.4), (140, 1.3)]
 )
-def test_bevel_wheels_mesh_on_their_pitch_cones(slant: float, place: float) -> None:
+@pytest.mark.parametrize("sign", [1, -1])
+def test_bevel_wheels_mesh_on_their_pitch_cones(slant: float, place: float, sign: int) -> None:
     """Their teeth point at each other across the ray from the apex, one between two."""
-    big, small, machine = 0.2, 0.1, bevel_wheels(slant)
+    big, small, machine = 0.2, 0.1, bevel_wheels(slant, sign=sign)
     wheels = {each.body: each for each in teeth_of(machine) if isinstance(each, WheelTeeth)}
     poses = dict(zip(("ground", "a", "b"), Reference(machine).poses([place]), strict=True))
     touch = np.array([big, 0, machine.home_poses["a"][2, 3]])

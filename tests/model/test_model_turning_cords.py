@@ -103,3 +103,24 @@ def test_a_cord_that_is_slack_at_the_start_is_an_event_there() -> None:
     assert [(event.name, event.t) for event in motion.events] == [("rope would push", 0.0)]
     assert "event rope would push: t = 0 s" in motion.summary()
     assert mq.simulate(collar(), q={"x": 0.6}, duration=0.1).events == ()
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_a_thread_comes_down_at_the_side_of_its_sense(sense: int) -> None:
+    """A drum M, R lets a weight m down at its right, for sense 1, by m g/(m + M/2)."""
+    R, mass = 0.3, 4.0
+    drum = mq.disk(mass, R).at(rpy=(np.pi / 2, 0, 0))
+    bodies = mq.Body("ground"), mq.Body("drum", drum), mq.Body("load", mq.particle(m))
+    at = Placement((sense * R, 0, -1.0))
+    winch = mq.Mechanism(
+        "winch",
+        bodies,
+        (
+            mq.Revolute("axle", "ground", "drum", axis=(0, -1, 0), coordinate="q"),
+            Prismatic("slide", "ground", "load", axis=(0, 0, 1), origin=at, coordinate="z"),
+        ),
+        elements=(Cord("thread", ("load", HERE), (Pulley("drum", R, sense=sense),)),),
+    )
+    motion = mq.simulate(winch, duration=0.5)
+    fall = m * g / (m + mass / 2)
+    np.testing.assert_allclose(motion.v[-1], [-fall * 0.5], rtol=1e-9)

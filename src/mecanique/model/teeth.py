@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import atan2, cos, pi, sin
+from math import atan2, copysign, cos, pi, sin
 from typing import NamedTuple, TypeAlias, final
 
 import numpy as np
@@ -51,13 +51,21 @@ def find_pitch_point(mechanism: Mechanism, mesh: Gear | Rack, A: Array, B: Array
         x, y = bevel.sides[0] * r, bevel.sides[1] * R
         # from the apex the centers are at a n and b n'
         a, b = (y + c * x) / s, (x + c * y) / s
+        toward, back = bevel.sides[0] * (line - c * n) / s, bevel.sides[1] * (n - c * line) / s
+        # at right angles on the ray to where they touch: the teeth of the narrower cone point away
+        # from its axis, whether that points to the apex or from it, and the others against them
+        ups, signs = (a * toward - r * n, b * back - R * line), [copysign(1, a), copysign(1, b)]
+        narrow = 0 if r * abs(b) <= R * abs(a) else 1
+        signs[1 - narrow] = -copysign(1, signs[narrow] * (ups[0] @ ups[1]))
         return PitchPoint(
             axis=n,
-            toward=bevel.sides[0] * (line - c * n) / s,
+            toward=toward,
             partner_axis=line,
-            partner_toward=bevel.sides[1] * (n - c * line) / s,
-            # at right angles on the ray to where they touch, towards the other wheel
-            rises=(-atan2(r, a), -atan2(R, b)),
+            partner_toward=back,
+            rises=(
+                atan2(-signs[0] * r, signs[0] * a),
+                atan2(-signs[1] * R, signs[1] * b),
+            ),
             ray=float(np.hypot(a, r)),
         )
     point = mesh.point if isinstance(mesh, Rack) else (0.0, 0.0, 0.0)

@@ -62,7 +62,7 @@ def bevel_of(m: Description, gear: Gear) -> Bevel | None:
     sides = min(
         pairs, key=lambda pair: float(np.linalg.norm(r * pair[0] * w - R * pair[1] * W - apart))
     )
-    far = (sides[0] * r + c * sides[1] * R) / s
+    far = sides[0] * r + c * sides[1] * R
     return Bevel(_whole(c), _whole(s), sides, 1 if sides[1] * far > 0 else -1)
 
 
