@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 import sympy
 
+import mecanique as mq
+from mecanique.errors import EngineError
+from mecanique.model import Coordinates, coordinate
 from mecanique.model.expression import evaluate
-from mecanique.reference.engine.differentiation import Operations, Path, apply
+from mecanique.reference.engine.differentiation import MovingScalar, Operations, apply
 
 X, Y, K = sympy.symbols("x y k", real=True)
 U, W = sympy.symbols("u w", real=True)
@@ -33,8 +36,8 @@ def compile_law(law: sympy.Expr) -> tuple[float, ...]:
     given = {name: operations.argument(name) for name in names}
     values = {
         "k": given["k"],
-        "x": Path(operations, given["x"].value, {"u": 1.0}, given["u"].value),
-        "y": Path(operations, given["y"].value, {"w": 1.0}, given["w"].value),
+        "x": MovingScalar(operations, given["x"].value, {"u": 1.0}, given["u"].value),
+        "y": MovingScalar(operations, given["y"].value, {"w": 1.0}, given["w"].value),
     }
     path = evaluate(law, values, function=apply)
     results = [path.value, *(path.slopes.get(name, 0.0) for name in ("u", "w")), path.rate]
@@ -51,6 +54,23 @@ def test_derivatives_are_those_of_sympy(law: sympy.Expr) -> None:
     np.testing.assert_allclose(compile_law(law), expected, rtol=1e-13, atol=0)
 
 
+def test_a_root_of_a_negative_number_is_refused() -> None:
+    """Not made complex: a map of x^(3/2) ended in a TypeError wherever it was evaluated."""
+    follower = mq.Prismatic("up", "ground", "b", axis=(0, 0, 1))
+    mechanism = mq.Mechanism(
+        "cam",
+        (mq.Body("ground"), mq.Body("a", mq.particle(1.0)), mq.Body("b", mq.particle(1.0))),
+        (mq.Prismatic("s", "ground", "a", axis=(1, 0, 0), coordinate="x"), follower),
+        coordinates=Coordinates(("x",), {"up": coordinate("x") ** 1.5}),
+    )
+    reference = mq.Reference(mechanism)
+    # z = x^(3/2): (1 + 9 x/4) x'' = -(9/8) x'^2 - (3/2) g sqrt(x)
+    (rate,) = reference.acceleration([4.0], [2.0])
+    assert rate == pytest.approx(-(9 / 8 * 4.0 + 1.5 * 9.81 * 2.0) / 10.0, rel=1e-12, abs=0)
+    with pytest.raises(EngineError, match="has no finite answer"):
+        reference.acceleration([-0.5], [1.0])
+
+
 def test_operations_grow_with_the_square_of_the_length_of_a_chain() -> None:
     """A slope by each coordinate at each step; second derivatives written out grow far faster."""
 
@@ -61,7 +81,7 @@ def test_operations_grow_with_the_square_of_the_length_of_a_chain() -> None:
         for name in names:
             law = sympy.sin(law + sympy.Symbol(name)) * sympy.Symbol(name)
         values = {
-            name: Path(operations, operations.argument(name).value, {name: 1.0}, 1.0)
+            name: MovingScalar(operations, operations.argument(name).value, {name: 1.0}, 1.0)
             for name in names
         }
         assert math.isfinite(

@@ -161,7 +161,7 @@ class SteadyLetters:
 def steady_letters(
     mechanism: Mechanism, at: Mapping[str, float], v: Mapping[str, float], names: Sequence[str]
 ) -> SteadyLetters:
-    """Return M, C and K of some coordinates about a steady motion, in letters."""
+    """Return M, C and K of some coordinates about a steady motion, in letters; v at speed 1."""
     motion = _Motion(mechanism, at, v, names)
     M, damping, stiffness = motion.matrices()
     C, K = motion.split(damping, 1), motion.split(stiffness, 2)

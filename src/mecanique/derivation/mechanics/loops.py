@@ -111,7 +111,8 @@ def closure(loop: Loop, ground: Ground, angle: Callable[[Any, Any], Any]) -> lis
             return [x, y, z, -R(1, 2), R(0, 2)]
         case "weld":
             return [x, y, z, *((R(i, k) - R(k, i)) * 0.5 for i, k in ((2, 1), (0, 2), (1, 0)))]
-    return [x, y, z]  # of a ball
+    assert loop.kind == "ball", "validated"
+    return [x, y, z]
 
 
 def sense(loop: Loop, ground: Ground) -> Any | None:

@@ -18,7 +18,7 @@ from mecanique.errors import EngineError
 from mecanique.model.expression import evaluate, symbols_in
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
-from mecanique.reference.engine.differentiation import Operations, Path, apply
+from mecanique.reference.engine.differentiation import MovingScalar, Operations, apply
 from mecanique.reference.engine.load import EngineModel, JointIndices
 
 
@@ -208,7 +208,7 @@ class Chart:
                         "expected an expression in t and parameters"
                     )
                 paths[signal.symbol] = evaluate(signal.signal, paths, function=apply)
-        still = Path(operations, 0.0)
+        still = MovingScalar(operations, 0.0)
         maps = [still + evaluate(driven[name], paths, function=apply) for name in followers]
         q_names = (*mechanism.coordinates, "t", *mechanism.values)
         self._map = operations.compile([path.value for path in maps], q_names)
@@ -228,11 +228,11 @@ def _paths(mechanism: Mechanism, operations: Operations) -> dict[str, Any]:
     """Return all coordinates, time and parameters, with their derivatives along the motion."""
     given = {name: operations.argument(name) for name in mechanism.values}
     time = operations.argument("t")
-    paths = {**given, "t": Path(operations, time.value, {"t": 1.0}, 1.0)}
+    paths = {**given, "t": MovingScalar(operations, time.value, {"t": 1.0}, 1.0)}
     for name in mechanism.velocities:
         if name.endswith("'"):
             value, rate = (operations.argument(x).value for x in (name[:-1], name))
-            paths[name[:-1]] = Path(operations, value, {name: 1.0}, rate)
+            paths[name[:-1]] = MovingScalar(operations, value, {name: 1.0}, rate)
     for joint in mechanism.joints:
         if joint.quaternion:
             quaternion = [operations.argument(name) for name in joint.quaternion]
@@ -252,10 +252,10 @@ def _paths(mechanism: Mechanism, operations: Operations) -> dict[str, Any]:
 def _move_with(
     operations: Operations,
     names: Sequence[str],
-    law: Callable[..., Sequence[Path]],
-    quaternion: Sequence[Path],
+    law: Callable[..., Sequence[MovingScalar]],
+    quaternion: Sequence[MovingScalar],
     velocities: Sequence[str],
-) -> list[Path]:
+) -> list[MovingScalar]:
     """Return coordinates whose rates follow from a quaternion, linear in some velocities."""
     rates = law(quaternion, [operations.argument(name) for name in velocities])
     columns = [law(quaternion, unit) for unit in np.eye(3).tolist()]
@@ -263,5 +263,5 @@ def _move_with(
     for name, rate, *slopes in zip(names, rates, *columns, strict=True):
         value = operations.argument(name).value
         by = dict(zip(velocities, (slope.value for slope in slopes), strict=True))
-        moved.append(Path(operations, value, by, rate.value, rate.rate))
+        moved.append(MovingScalar(operations, value, by, rate.value, rate.rate))
     return moved

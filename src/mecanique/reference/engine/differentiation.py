@@ -36,7 +36,8 @@ def _sign(x: float) -> float:
 
 
 _SPACE = {name: getattr(math, name) for name in _RULES if hasattr(math, name)}
-_SPACE |= {"abs": abs, "sign": _sign, "atan2": math.atan2}
+_SPACE |= {"abs": abs, "sign": _sign, "atan2": math.atan2, "pow": math.pow}
+_SPACE |= {"inf": math.inf, "nan": math.nan}  # as floats are written
 
 
 @final
@@ -50,9 +51,9 @@ class Operations:
     def __len__(self) -> int:
         return len(self._lines)
 
-    def argument(self, name: str) -> Path:
+    def argument(self, name: str) -> MovingScalar:
         """Return an argument that does not move."""
-        return Path(self, self._arguments[name])
+        return MovingScalar(self, self._arguments[name])
 
     def add(self, a: Operand, b: Operand) -> Operand:
         """Return a + b."""
@@ -105,7 +106,7 @@ class Operations:
 
 
 @final
-class Path:
+class MovingScalar:
     """A scalar y along the motion, with y' = Σ s v + s_t and y'' where all v' are zero."""
 
     __slots__ = ("operations", "rate", "second", "slopes", "value")
@@ -122,56 +123,58 @@ class Path:
         self.slopes: Mapping[str, Operand] = slopes or {}
         """s by the names of generalized velocities, and s_t by "t"; those not zero."""
 
-    def __add__(self, other: Any) -> Path:
+    def __add__(self, other: Any) -> MovingScalar:
         b = self._of(other)
         value = self.operations.add(self.value, b.value)
         return self._chain(value, [(self, 1.0), (b, 1.0)])
 
     __radd__ = __add__
 
-    def __mul__(self, other: Any) -> Path:
+    def __mul__(self, other: Any) -> MovingScalar:
         b, times = self._of(other), self.operations.multiply
         curved = times(2.0, times(self.rate, b.rate))
         return self._chain(times(self.value, b.value), [(self, b.value), (b, self.value)], curved)
 
     __rmul__ = __mul__
 
-    def __neg__(self) -> Path:
+    def __neg__(self) -> MovingScalar:
         return self * -1.0
 
-    def __sub__(self, other: Any) -> Path:
+    def __sub__(self, other: Any) -> MovingScalar:
         return self + self._of(other) * -1.0
 
-    def __truediv__(self, other: Any) -> Path:
+    def __truediv__(self, other: Any) -> MovingScalar:
         return self * self._of(other) ** -1
 
-    def __rtruediv__(self, other: Any) -> Path:
+    def __rtruediv__(self, other: Any) -> MovingScalar:
         return self.__pow__(-1).__mul__(other)
 
-    def __pow__(self, exponent: Any) -> Path:
-        if isinstance(exponent, Path):
+    def __pow__(self, exponent: Any) -> MovingScalar:
+        if isinstance(exponent, MovingScalar):
             return (self.apply("log") * exponent).apply("exp")
         p = exponent
-        first, second = f"{p} * {{x}} ** {p - 1}", f"{p * (p - 1)} * {{x}} ** {p - 2}"
-        return self._compose((f"{{x}} ** {p}", first, second))
+        # a root of a negative number is refused by pow, where ** would make it complex
+        power = "{{x}} ** {}" if p == int(p) else "pow({{x}}, {})"
+        first, second = (power.format(p - k) for k in (1, 2))
+        return self._compose((power.format(p), f"{p} * {first}", f"{p * (p - 1)} * {second}"))
 
-    def __rpow__(self, base: float) -> Path:
+    def __rpow__(self, base: float) -> MovingScalar:
         return (self * math.log(base)).apply("exp")
 
-    def apply(self, function: str, *others: Any) -> Path:
+    def apply(self, function: str, *others: Any) -> MovingScalar:
         """Return a function of it, by its name among those that expressions may contain."""
         return self._atan2(*others) if others else self._compose(_RULES[function])
 
-    def _compose(self, rule: tuple[str, str, str]) -> Path:
+    def _compose(self, rule: tuple[str, str, str]) -> MovingScalar:
         put, times, x = self.operations.put, self.operations.multiply, self.value
         y = put(rule[0], x=x)
         if not self.slopes:
-            return Path(self.operations, y)
+            return MovingScalar(self.operations, y)
         d = put(rule[1], x=x, y=y)
         curved = put(rule[2], x=x, y=y, d=d) if self.rate != 0 else 0.0
         return self._chain(y, [(self, d)], times(curved, times(self.rate, self.rate)))
 
-    def _atan2(self, x: Any) -> Path:
+    def _atan2(self, x: Any) -> MovingScalar:
         x, put = self._of(x), self.operations.put
         at = {"x": x.value, "y": self.value}
         square = put("{x} * {x} + {y} * {y}", **at)
@@ -183,8 +186,8 @@ class Path:
         return self._chain(put("atan2({y}, {x})", **at), [(self, of_y), (x, of_x)], curved)
 
     def _chain(
-        self, value: Operand, parts: Iterable[tuple[Path, Operand]], curved: Operand = 0.0
-    ) -> Path:
+        self, value: Operand, parts: Iterable[tuple[MovingScalar, Operand]], curved: Operand = 0.0
+    ) -> MovingScalar:
         """Return a value with its derivatives by the chain rule."""
         add, times = self.operations.add, self.operations.multiply
         slopes: dict[str, Operand] = {}
@@ -194,10 +197,14 @@ class Path:
                 slopes[direction] = add(slopes.get(direction, 0.0), times(by, slope))
             rate = add(rate, times(by, path.rate))
             curved = add(curved, times(by, path.second))
-        return Path(self.operations, value, slopes, rate, curved)
+        return MovingScalar(self.operations, value, slopes, rate, curved)
 
-    def _of(self, other: Any) -> Path:
-        return other if isinstance(other, Path) else Path(self.operations, float(other))
+    def _of(self, other: Any) -> MovingScalar:
+        return (
+            other
+            if isinstance(other, MovingScalar)
+            else MovingScalar(self.operations, float(other))
+        )
 
 
 def apply(name: str) -> Callable[..., Any]:
