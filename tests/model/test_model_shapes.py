@@ -352,6 +352,29 @@ CONSTRUCTORS: tuple[Callable[..., object], ...] = (
 )
 
 
+MASSIVE: dict[str, Callable[[Any], Shape]] = {
+    "rod": lambda mass: rod(mass, 1.0),
+    "box": lambda mass: box(mass, (1, 1, 1)),
+    "plate": lambda mass: plate(mass, (1, 1)),
+    "disk": lambda mass: disk(mass, 1.0),
+    "ring": lambda mass: ring(mass, 1.0),
+    "cylinder": lambda mass: cylinder(mass, 1.0, 1.0),
+    "ball": lambda mass: ball(mass, 1.0),
+    "shell": lambda mass: shell(mass, 1.0),
+    "cone": lambda mass: cone(mass, 1.0, 1.0),
+    "particle": lambda mass: particle(mass),
+    "cloud": lambda mass: cloud([1.0, mass], [(0, 0, 0), (1, 0, 0)]),
+}
+
+
+@pytest.mark.parametrize("form", MASSIVE)
+@pytest.mark.parametrize("mass", [-1, -1e-300, math.nan, math.inf])
+def test_no_homogeneous_body_has_a_mass_below_zero_or_without_bound(form: str, mass: float) -> None:
+    with pytest.raises(InputError, match=r"expected a mass from 0 to 1e\+100 kg, got "):
+        MASSIVE[form](mass)
+    assert MASSIVE[form](0.0).inertia == (0.0,) * 6 or form == "cloud"
+
+
 @given(st.sampled_from(CONSTRUCTORS), st.data())
 def test_constructors_refuse_in_words(make: Callable[..., object], data: st.DataObject) -> None:
     from inspect import signature

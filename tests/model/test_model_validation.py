@@ -269,11 +269,11 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
         "loop 'l': its frame is not finite",
     ),
     "negative mass": (
-        with_body(box(-2.0, (1, 1, 1))),
+        with_body(Shape(-2.0)),
         "body 'block': its mass is negative (-2 kg)",
     ),
     "infinite mass": (
-        with_body(box(math.inf, (1, 1, 1))),
+        with_body(Shape(math.inf)),
         "body 'block': its mass or inertia is not finite",
     ),
     "nan center": (
@@ -357,7 +357,7 @@ def test_all_faults_are_told_at_once() -> None:
 
 def test_values_are_judged_together_too() -> None:
     found = faults_of(
-        bodies=(GROUND, Body("block", box(-1.0, (1, 1, 1)))),
+        bodies=(GROUND, Body("block", Shape(-1.0))),
         gravity=(NOT, 0, 0),
         forces=(JointSpring("s", "slide", -1.0), JointDamper("d", "slide", -2.0)),
     )

@@ -75,7 +75,7 @@ def particle(mass: Scalar, at: Vector = (0.0, 0.0, 0.0), radius: Scalar = 0.05) 
         (0.0, 0.0, -1.0)
     """
     drawing = Visual(Sphere(radius), rgba=_ORANGE)
-    return Shape(mass, visuals=(drawing,), form="particle").at(at)
+    return Shape(extent(mass, "mass", "kg"), visuals=(drawing,), form="particle").at(at)
 
 
 def cloud(masses: Sequence[Scalar], points: Sequence[Vector], radius: Scalar = 0.03) -> Shape:
@@ -131,7 +131,7 @@ def rod(
         l**2*m/12
     """
     d = unit_vector(direction, "the direction of a rod")
-    mass, length = plain(mass), extent(length, "length")
+    mass, length = extent(mass, "mass", "kg"), extent(length, "length")
     across = mass * length**2 / 12
     inertia = (
         across * _number(1 - d[0] * d[0]),
@@ -193,7 +193,7 @@ def box(mass: Scalar, size: Vector) -> Shape:
         (13.0, 10.0, 5.0)
     """
     a, b, c = extents(size, "box")
-    mass = plain(mass)
+    mass = extent(mass, "mass", "kg")
     squares = (b**2 + c**2, a**2 + c**2, a**2 + b**2)
     moments = tuple(mass * square / 12 for square in squares)
     return _symmetric("solid box", mass, moments, Box((a, b, c)))
@@ -219,7 +219,7 @@ def plate(mass: Scalar, size: Sequence[Scalar], thickness: Scalar = 0.02) -> Sha
     except (TypeError, ValueError):
         raise InputError(f"expected two edges of a plate, got {size!r}") from None
     a, b, thickness = extents((a, b, thickness), "plate")
-    mass = plain(mass)
+    mass = extent(mass, "mass", "kg")
     moments = (mass * b**2 / 12, mass * a**2 / 12, mass * (a**2 + b**2) / 12)
     return _symmetric("thin plate", mass, moments, Box((a, b, thickness)))
 
@@ -239,7 +239,7 @@ def disk(mass: Scalar, radius: Scalar, thickness: Scalar = 0.02) -> Shape:
         >>> mq.disk(2.0, 1.0).inertia[2]
         1.0
     """
-    mass, radius = plain(mass), extent(radius, "radius")
+    mass, radius = extent(mass, "mass", "kg"), extent(radius, "radius")
     across = mass * radius**2 / 4
     moments = (across, across, mass * radius**2 / 2)
     return _symmetric("thin disk", mass, moments, Cylinder(radius, thickness))
@@ -260,7 +260,7 @@ def ring(mass: Scalar, radius: Scalar, thickness: Scalar = 0.02) -> Shape:
         >>> mq.ring(2.0, 1.0).inertia[2]
         2.0
     """
-    mass, radius = plain(mass), extent(radius, "radius")
+    mass, radius = extent(mass, "mass", "kg"), extent(radius, "radius")
     across = mass * radius**2 / 2
     moments = (across, across, mass * radius**2)
     return _symmetric("thin ring", mass, moments, Cylinder(radius, thickness), _CLEAR_BLUE)
@@ -281,7 +281,7 @@ def cylinder(mass: Scalar, radius: Scalar, length: Scalar) -> Shape:
         >>> mq.cylinder(2.0, 1.0, 3.0).inertia[2]
         1.0
     """
-    mass = plain(mass)
+    mass = extent(mass, "mass", "kg")
     radius, length = extent(radius, "radius"), extent(length, "length")
     across = mass * (3 * radius**2 + length**2) / 12
     moments = (across, across, mass * radius**2 / 2)
@@ -302,7 +302,7 @@ def ball(mass: Scalar, radius: Scalar) -> Shape:
         >>> mq.ball(5.0, 1.0).inertia[0]
         2.0
     """
-    mass, radius = plain(mass), extent(radius, "radius")
+    mass, radius = extent(mass, "mass", "kg"), extent(radius, "radius")
     moments = (2 * mass * radius**2 / 5,) * 3
     return _symmetric("solid ball", mass, moments, Sphere(radius), _ORANGE)
 
@@ -321,7 +321,7 @@ def shell(mass: Scalar, radius: Scalar) -> Shape:
         >>> mq.shell(3.0, 1.0).inertia[0]
         2.0
     """
-    mass, radius = plain(mass), extent(radius, "radius")
+    mass, radius = extent(mass, "mass", "kg"), extent(radius, "radius")
     moments = (2 * mass * radius**2 / 3,) * 3
     return _symmetric("thin shell", mass, moments, Sphere(radius), _CLEAR_ORANGE)
 
@@ -341,7 +341,7 @@ def cone(mass: Scalar, radius: Scalar, height: Scalar) -> Shape:
         >>> mq.cone(1.0, 0.5, 4.0).center
         (0.0, 0.0, 3.0)
     """
-    mass = plain(mass)
+    mass = extent(mass, "mass", "kg")
     radius, height = extent(radius, "radius"), extent(height, "height")
     across = 3 * mass * (4 * radius**2 + height**2) / 80
     inertia = (across, across, 3 * mass * radius**2 / 10, 0.0, 0.0, 0.0)

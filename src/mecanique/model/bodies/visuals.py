@@ -15,16 +15,16 @@ from mecanique.model.placement import Placement, carry, is_zero, rotate, rpy_of,
 
 Rgba: TypeAlias = "tuple[float, float, float, float]"
 
-_LONGEST = 1e100
-"""Squares of lengths up to it, times any mass up to it, are floats [m]."""
+_MOST = 1e100
+"""Squares of lengths up to it, times any mass up to it, are floats [m], [kg]."""
 
 
-def extent(length: Scalar, what: str) -> Scalar:
-    """Return a radius, edge or length as a plain scalar; letters may have any value; length [m]."""
-    length = plain(length)
-    if isinstance(length, float) and not 0 <= length <= _LONGEST:
-        raise InputError(f"expected a {what} from 0 to {_LONGEST:g} m, got {length:g}")
-    return length
+def extent(size: Scalar, what: str, unit: str = "m") -> Scalar:
+    """Return a radius, edge, length or mass as a plain scalar; letters may have any value."""
+    size = plain(size)
+    if isinstance(size, float) and not 0 <= size <= _MOST:
+        raise InputError(f"expected a {what} from 0 to {_MOST:g} {unit}, got {size:g}")
+    return size
 
 
 def extents(edges: Vector, what: str) -> tuple[Scalar, Scalar, Scalar]:
