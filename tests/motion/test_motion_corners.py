@@ -12,9 +12,10 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipkinc
 
 import mecanique as mq
-from mecanique.derivation.mechanics.switching import ElementRows, ElementState, name_mode
+from mecanique.derivation.mechanics.switching import ElementRows, ElementState, Terms, name_mode
 from mecanique.motion.motion import Motion
 from mecanique.motion.switching.corners import Corners, ModePrograms
+from mecanique.motion.switching.rows import SwitchingRows
 
 G = 9.81
 AXES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
@@ -820,6 +821,38 @@ def test_a_program_that_differs_from_the_engine_is_not_used(
     right = program.rates
     program.rates = lambda t, y: np.asarray(right(t, y)) * (1 + 1e-6)
     assert not corners._agrees(program, 0.0, y)
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_terms_of_a_program_are_those_of_the_engine(system: str) -> None:
+    corners, random = Corners(SYSTEMS[system]), np.random.default_rng(7)
+    measure = ModePrograms(corners.rows).write_terms()
+    assert measure is not None
+    for _ in range(5):
+        q, v = random.normal(size=(2, corners.rows.base.nv))
+        t = random.normal()
+        expected = corners.rows.at(q, v, t)
+        for ours, theirs in zip(measure(t, np.concatenate([q, v])), expected, strict=True):
+            np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
+
+
+def test_rests_are_searched_for_by_a_program(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The engine is asked only whether a mode follows."""
+    states, engine = list[float](), SwitchingRows.at
+
+    def count(rows: SwitchingRows, q: np.ndarray, v: np.ndarray, t: float) -> Terms:
+        states.append(t)
+        return engine(rows, q, v, t)
+
+    monkeypatch.setattr(SwitchingRows, "at", count)
+    by_program = mq.equilibria(mq.textbook.load("dry_oscillator"), 10)
+    some = len(states)
+    monkeypatch.setattr(ModePrograms, "write_terms", lambda _: None)
+    by_engine = mq.equilibria(mq.textbook.load("dry_oscillator"), 10)
+    assert len(states) - some > 2 * some
+    (ours,), (theirs,) = by_program, by_engine
+    assert ours.states == theirs.states
+    assert ours.ranges["x"] == pytest.approx(theirs.ranges["x"], rel=0, abs=1e-12)
 
 
 @pytest.mark.parametrize("order", ["AB", "BA"])

@@ -262,6 +262,8 @@ class EquilibriumSearch:
         q = _unwind(self._reference, q, self._turning, self._t)
         if self._is_known(q):
             return
+        if isinstance(self._reference, HeldMode) and not self._reference.keeps(q, self._t):
+            return
         # where the axes of a gimbal fall in line the mass matrix has no inverse, and next to a
         # singular position the loops leave no small motion
         try:
@@ -324,7 +326,9 @@ class EquilibriumSearch:
         except MecaniqueError:
             return False
         rest = equilibrium_near(mode, between, self._t)
-        return rest is not None and bool(np.abs(self._apart(between, rest)).max() < REACHED)
+        if rest is None or np.abs(self._apart(between, rest)).max() >= REACHED:
+            return False
+        return mode.keeps(rest, self._t)
 
     def is_same(self, one: Equilibrium, other: Equilibrium) -> bool:
         """Return whether two positions are one."""
@@ -492,7 +496,7 @@ def _find_end(
         except MecaniqueError:
             return False
         rest = equilibrium_near(mode, closed, t)
-        return rest is not None and bool(abs(rest[in_q] - x) < SAME_PLACE)
+        return rest is not None and abs(rest[in_q] - x) < SAME_PLACE and mode.keeps(rest, t)
 
     inside = float(q[in_q])
     for part in (NEXT, *np.arange(1, LOOKS + 1) / LOOKS, *FAR):
@@ -518,8 +522,7 @@ def equilibrium_near(
         return start
     try:
         if isinstance(reference, HeldMode):
-            q = _on_loops(reference, partial(reference.close, t=t), start, t)
-            return q if q is not None and reference.keeps(q, t) else None
+            return _on_loops(reference, partial(reference.close, t=t), start, t)
         if reference.closed is None:
             return _of_tree(reference, start, t)
         from mecanique.reference.loops.assembly import close_position

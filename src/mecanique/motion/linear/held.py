@@ -52,7 +52,7 @@ class HeldMode:
         return self._known[state]
 
     def _evaluate(self, q: Array, v: Array, t: float) -> tuple[Terms, Mode]:
-        terms, none = self._corners.rows.at(q, v, t), np.zeros(len(v))
+        terms, none = self._corners.measure(q, v, t), np.zeros(len(v))
         resting = terms._replace(rates=terms.drift)
         still, mode = self._corners.still_speed(resting, none), list[ElementState]()
         for element in self._corners.elements:
@@ -131,7 +131,7 @@ class HeldMode:
 
     def mass_matrix(self, q: Array, t: float = 0.0) -> Array:
         """Return M, shape (nv, nv)."""
-        return self._corners.rows.at(q, np.zeros(self.mechanism.nv), t).mass
+        return self.at(q, np.zeros(self.mechanism.nv), t)[0].mass
 
     def energy(self, q: Array, v: Array | None, t: float) -> Energy:
         """Return the energies, without those of elastic stops."""
@@ -155,6 +155,7 @@ class ModeMotion:
         free = root @ axes[int((values > REDUNDANT).sum()) :].T
         _, _, order = qr((np.sqrt(np.diag(terms.mass))[:, None] * free).T, pivoting=True)
         self.chosen: Array = np.sort(order[: free.shape[1]])
+        self._others: Array = np.sort(order[free.shape[1] :])
         self.tangent: Array = free @ np.linalg.inv(free[self.chosen])
 
     def position(self, step: Array) -> Array:
@@ -178,7 +179,7 @@ class ModeMotion:
         _, rows = self._held.hold(q, self._t)
         terms, _ = self._held.at(q, np.zeros(len(self.tangent)) if v is None else v, self._t)
         J, rest = terms.jacobian[rows], 0.0 if v is None else terms.gamma[rows, None]
-        others = np.setdiff1d(np.arange(len(self.tangent)), self.chosen)
+        others = self._others
         x = np.zeros((len(self.tangent), given.shape[1]))
         x[self.chosen] = given
         x[others] = -np.linalg.lstsq(J[:, others], J @ x + rest, rcond=REDUNDANT)[0]

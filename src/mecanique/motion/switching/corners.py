@@ -8,7 +8,7 @@ not from the engine, and are compared with the engine before they are used.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
@@ -118,6 +118,29 @@ class ModePrograms:
             return None
         return program if program.length <= MOST_OPERATIONS else None
 
+    def write_terms(self) -> Callable[[float, Array], Terms] | None:
+        """Return a program of the terms of a state; None if there is none."""
+        if self._rows.permanent:
+            return None
+        try:
+            parts, program = self._equations.terms, self._rows.program(())
+            values = values_of(np.concatenate([*map(np.ravel, parts)]))
+            if len(program.tape.find_needed(values)) > MOST_OPERATIONS:
+                return None
+            measure = list_values(program, values)
+        except (ArithmeticError, DerivationError):
+            return None
+        ends, nv = np.cumsum([part.size for part in parts])[:-1], len(parts.load)
+
+        def measure_terms(t: float, y: Array) -> Terms:
+            split = np.split(np.array(measure(t, y)), ends)
+            terms = Terms(
+                *(part.reshape(old.shape) for part, old in zip(split, parts, strict=True))
+            )
+            return terms._replace(drift=terms.rates - terms.jacobian @ y[-nv:])
+
+        return measure_terms
+
 
 _Answer = TypeVar("_Answer")
 
@@ -162,6 +185,7 @@ class Corners:
         # from when to when the program of the last mode asked for holds; hashing a mode takes time
         self._present_program: tuple[float, float, ModeProgram | None] = (inf, -inf, None)
         self._writer = ModePrograms(self.rows)
+        self._terms: Callable[[float, Array], Terms] | None = None
         self._at_once = 0
         self._ended: frozenset[Mode] = frozenset()
         self.events = tuple(
@@ -197,6 +221,18 @@ class Corners:
         solution = self._solve(self.rows.at(q, v, t), v, t)
         return np.concatenate([self.rows.rates.first(q, v), solution.a])
 
+    def measure(self, q: Array, v: Array, t: float) -> Terms:
+        """Return the terms in one of many states, by a program that gave the engine's before."""
+        y = np.concatenate([q, v])
+        if self._terms is None:
+            self._terms, engine = self._writer.write_terms(), self.rows.at
+            if self._terms is None or not _are_close(self._terms(t, y), engine(q, v, t)):
+                self._terms = lambda t, y: engine(y[: self._nq], y[self._nq :], t)
+        try:
+            return self._terms(t, y)
+        except (ArithmeticError, ValueError):
+            return self.rows.at(q, v, t)  # the engine may know, or says why not
+
     def _program(self, t: float, y: Array) -> ModeProgram | None:
         """Return the program of the mode at a time, once that mode has been asked for often."""
         begin, end, program = self._present_program
@@ -225,11 +261,8 @@ class Corners:
         except (ArithmeticError, ValueError):
             return False
         terms = self.rows.at(y[: self._nq], y[self._nq :], t)
-        pairs = (rates, self._rates(t, y)), (margins, self.laws.margins(terms, self.mode(t)))
-        return all(
-            np.allclose(a, b, rtol=SAME_PROGRAM, atol=SAME_PROGRAM * np.abs(b).max())
-            for a, b in pairs
-        )
+        theirs = self._rates(t, y), self.laws.margins(terms, self.mode(t))
+        return _are_close((rates, margins), theirs)
 
     def _solve(self, terms: Terms, v: Array, t: float) -> ModeSolution:
         mode = self.mode(t)
@@ -717,6 +750,14 @@ class ElementForce:
             "a motion with elements that switch computes their forces as they are asked for, and "
             "is not pickled; expected motion.save(path), which keeps its samples"
         )
+
+
+def _are_close(ours: Sequence[Array], theirs: Sequence[Array]) -> bool:
+    """Return whether a program's arrays are those of the engine."""
+    return all(
+        np.allclose(a, b, rtol=SAME_PROGRAM, atol=SAME_PROGRAM * np.abs(b).max(initial=0.0))
+        for a, b in zip(ours, theirs, strict=True)
+    )
 
 
 def _rounding(terms: Terms, v: Array) -> float:
