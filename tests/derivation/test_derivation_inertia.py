@@ -301,3 +301,51 @@ def test_a_free_body_has_the_equations_of_kirchhoff(method: type[Recursion]) -> 
         expected = np.concatenate([np.cross(w, push), np.cross(w, turn) + np.cross(v, push)])
         expected += light * g * (g[:3] @ np.cross(w, v))
         np.testing.assert_allclose(bias, expected, rtol=0, atol=1e-12)
+
+
+def hammer(*shapes: mq.Shape, loads: tuple[mq.JointForce, ...] = ()) -> mq.Mechanism:
+    return mq.Mechanism(
+        "hammer",
+        (mq.Body("ground"), mq.Body("hammer", *shapes)),
+        (mq.Revolute("pin", "ground", "hammer", axis=(0, -1, 0), coordinate="q"),),
+        forces=(mq.JointDamper("oil", "pin", 0.5), mq.JointSpring("coil", "pin", 7.0), *loads),
+    )
+
+
+@pytest.mark.parametrize(
+    ("shapes", "said", "moment"),
+    [
+        ([mq.rod(0.6, 2.0)], "hammer is a slender rod: m l²/12 about a transverse axis.", 0.2),
+        (
+            [mq.rod(0.6, 2.0), mq.rod(0.6, 2.0)],
+            "hammer is made of 2 slender rods: its moments are the sums over these parts",
+            0.4,
+        ),
+        (
+            [mq.rod(0.6, 2.0), mq.particle(0.6, (0, 0, -1.0)), mq.massless()],
+            "hammer is made of a slender rod and a particle: its moments are the sums",
+            0.2,
+        ),
+        ([mq.Shape(1.0, inertia=(1, 2, 2, 0, 0, 0))], "The moments of hammer are given.", 2.0),
+    ],
+)
+def test_a_derivation_says_of_which_parts_a_moment_is_the_sum(
+    shapes: list[mq.Shape], said: str, moment: float
+) -> None:
+    first = mq.derive(hammer(*shapes)).steps[0]
+    assert said in first.explanation
+    (inertia,) = (r for r in first.results if str(r).startswith("I_hammer_yy"))
+    assert float(str(inertia).split(" = ")[1]) == pytest.approx(moment, rel=1e-12)
+
+
+def test_generalized_forces_are_of_loads_alone() -> None:
+    """The work of springs is in V, that of dampers in D; what has no load has no such step."""
+    title = "Virtual work of drives and loads"
+    loads = (mq.JointForce("drive", "pin", 3.0), mq.JointForce("more", "pin", 0.25))
+    for given, expected in (((), []), (loads[:1], ["Q_q = 3"]), (loads, ["Q_q = 3.25"])):
+        steps = mq.derive(hammer(mq.rod(0.6, 2.0), loads=given)).steps
+        written = [str(r) for step in steps if step.title == title for r in step.results]
+        assert written == expected
+        assert [str(r) for step in steps if step.title == "Dissipation" for r in step.results] == [
+            "D = 0.25 q'^2"
+        ]

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from derivation_reading import residual
+from derivation_reading import residual, value_of_text
 from sympy import Symbol, sin
 
 import mecanique as mq
 from mecanique import textbook
 from mecanique.cli import app
+from mecanique.derivation.printing.equations import expression
+from mecanique.derivation.symbolic.derivation import Left
 
 RATE = Symbol("x'")
 
@@ -180,3 +183,19 @@ def test_a_wrong_reduction_is_told_by_the_full_equations(name: str) -> None:
     first, *others = reduced.found.ignored
     found = replace(reduced.found, ignored=(replace(first, inertia=2 * first.inertia), *others))
     assert replace(reduced, found=found).compare(8) > 1e-5
+
+
+@pytest.mark.parametrize("name", WITH_CYCLIC)
+def test_each_step_is_printed_with_its_value(name: str) -> None:
+    """The Routhian, the effective potential and the energy are sums that are printed by parts."""
+    random, values = np.random.default_rng(3), dict[str, Any]()
+    for stage in mq.routh(textbook.load(name)).document.derivation.stages:
+        for result in stage.results:
+            usual, printed = expression(result.right).text(), result.expression().text()
+            letters = re.findall(r"[^\W\d]\w*'*(?![\w'(])", f"{usual} {printed}")
+            for letter in sorted({*letters} - values.keys()):
+                values[letter] = random.uniform(0.5, 1.5)
+            value = value_of_text(usual, values)
+            assert value_of_text(printed, values) == pytest.approx(value, rel=1e-12), printed
+            if isinstance(result.left, Left) and not result.left.by:
+                values[result.left.quantity] = value  # a later line may be in it

@@ -208,6 +208,15 @@ def test_a_side_with_ends_carries_between_them(foot: float) -> None:
         assert margins == [(pytest.approx(min(press, weight / 3 * inside), rel=1e-13), 3.0)]
 
 
+@pytest.mark.parametrize("gap", [-0.7, -0.2, 0.0, 0.4])
+def test_at_an_edge_a_side_carries_only_what_is_not_in_front_of_the_other(gap: float) -> None:
+    """What is left is the smaller of the distances from the end and behind the other side."""
+    elements, half, foot = floor(1, length=3.0, edges=(2,)), 1.5, 0.6
+    (left,) = find_inside(elements, {"floor": foot}, np.array([0.0, 9.0, gap]))
+    inside = (half + foot) * (half - foot) / (2 * half)
+    assert left == pytest.approx(min(inside, -gap), rel=1e-8, abs=1e-8)
+
+
 def test_a_coordinate_that_sticks_does_not_creep_by_the_rounding_of_forces() -> None:
     """A row of one coordinate is kept exactly; in others the forces decide."""
     elements = floor(1)
@@ -337,3 +346,86 @@ def test_a_joint_that_the_map_drives_moves_its_stop() -> None:
     np.testing.assert_allclose(found["rates"], [-0.8 - slope], rtol=1e-14, atol=0)
     np.testing.assert_allclose(found["drift"], [-slope], rtol=1e-14, atol=0)
     np.testing.assert_allclose(found["gamma"], [-4.0 + 9 * wave], rtol=1e-14, atol=0)
+
+
+def push_on(W: Any, rates: Any, mu: float, rise: float, impulse: float = np.inf) -> Any:
+    """Follow an impact in a plane step by step; W[i, j] is rate i that impulse j changes.
+
+    The normal impulse grows until the normal rate is `rise`, or the impulse is as given. Friction
+    is μ times it against slip; once that has stopped, what holds it, or on the cone's nearer side.
+    """
+    u, p = np.array(rates), np.zeros(2)
+    for _ in range(2):
+        friction = -mu * np.sign(u[1]) if u[1] else np.clip(-W[1, 0] / W[1, 1], -mu, mu)
+        unit = np.array([1.0, friction])
+        slope = W @ unit
+        size = impulse - p[0] if np.isfinite(impulse) else (rise - u[0]) / slope[0]
+        stop = -u[1] / slope[1] if u[1] * slope[1] < 0 else np.inf
+        assert slope[0] > 0 and size > 0, "nothing jams"
+        p += min(size, stop) * unit
+        u += min(size, stop) * slope
+        if size <= stop:
+            return p
+        u[1] = 0.0
+    raise AssertionError("slip stops once")
+
+
+@pytest.mark.parametrize("law", ["newton", "poisson"])
+def test_an_impact_goes_through_the_phases_of_its_friction(law: Any) -> None:
+    """Slip that lasts, stops and sticks, or stops and turns around, whatever is coupled."""
+    random = np.random.default_rng(12)
+    contact = mq.Contact("floor", "puck", mu=MU, law=law)
+    seen = set()
+    for _ in range(60):
+        e, root = random.uniform(0, 1), random.normal(size=(3, 3))
+        elements = (ElementRows(contact, 0, (1,), pressing=0, restitution=e),)
+        speeds = (random.uniform(-3, 3), 0.0, random.uniform(-2, -1))
+        terms = puck(speeds)._replace(mass=root @ root.T + 1.5 * np.eye(3))
+        J = terms.jacobian[:2]
+        W = J @ solve(terms.mass, J.T)
+
+        def solve_state(
+            terms: Terms, state: str, problem: ModeProblem, elements: Any = elements
+        ) -> Any:
+            return answer(terms, elements, name_mode(elements, {"floor": state}), problem)
+
+        if law == "newton":
+            expected = push_on(W, terms.rates[:2], MU, -e * terms.rates[0])
+        else:
+            pressed = push_on(W, terms.rates[:2], MU, 0.0)[0]
+            expected = push_on(W, terms.rates[:2], MU, 0.0, (1 + e) * pressed)
+        change, impulses = bounce(terms, elements, ("floor", ""), solve_state)
+        np.testing.assert_allclose(impulses[:2], expected, rtol=1e-11, atol=1e-12)
+        np.testing.assert_allclose(terms.mass @ change, J.T @ expected, rtol=1e-11, atol=1e-11)
+        slip = terms.rates[1] + W[1] @ expected
+        still = abs(slip) < 1e-12
+        seen.add("sticks" if still else "slips on" if slip * terms.rates[1] > 0 else "turns around")
+    assert seen == {"sticks", "slips on", "turns around"}
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.4, -2.0])
+@pytest.mark.parametrize("end", [1, -1])
+def test_two_sides_meet_in_an_edge_where_one_falls_off_behind_the_other(
+    tilt: float, end: int
+) -> None:
+    """What touches a corner that juts out may be on either side; in a hollow it touches both."""
+    bodies = mq.Body("ground"), mq.Body("ball", mq.ball(1.0, 0.1))
+    joints = (mq.Planar("free", "ground", "ball", axis=(0, -1, 0)),)
+
+    def turn(angle: float, x: float, z: float) -> np.ndarray:
+        """Return (x, 0, z), turned about y."""
+        c, s = np.cos(angle), np.sin(angle)
+        return np.array([c * x + s * z, 0.0, c * z - s * x])
+
+    for fall in (-2.0, -1.0, -0.3, 0.3, 1.0, 2.0):
+        corner = turn(tilt, end * 1.5, 0.0)
+        next_angle = tilt + end * fall  # turned by `fall` downwards, outwards from the corner
+        middle = corner + turn(next_angle, end * 1.0, 0.0)
+        first = mq.Contact("first", "ball", mu=MU, length=3.0, plane=mq.Placement(rpy=(0, tilt, 0)))
+        place = mq.Placement(tuple(middle.tolist()), (0, next_angle, 0))
+        second = mq.Contact("second", "ball", mu=MU, length=2.0, plane=place)
+        mechanism = mq.Mechanism("corner", bodies, joints, switching=(first, second))
+        rows = [f"{name}: {row}" for name in ("first", "second") for row in ("normal", "x", "y")]
+        found = list_elements(mechanism, rows, mechanism.evaluate)
+        expected = [(3,), (0,)] if fall > 0 else [(), ()]
+        assert [element.edges for element in found] == expected, fall

@@ -50,7 +50,7 @@ BARRED = mq.Mechanism(
 )
 NAMES = (
     *("atwood_machine", "crane", "double_pendulum", "foucault_pendulum", "four_bar_linkage"),
-    *("free_rigid_body", "planetary_gear", "rack_and_pinion", "rolling_coin"),
+    *("chained_four_bars", "free_rigid_body", "planetary_gear", "rack_and_pinion", "rolling_coin"),
 )
 
 

@@ -234,3 +234,50 @@ def test_what_an_element_does_to_a_body_is_done_back_to_it(name: str) -> None:
         for (body, other, element), effect in done.items():
             back = done[str(other), body, element]
             np.testing.assert_allclose(effect, -back, rtol=0, atol=1e-11 * largest)
+
+
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+def test_what_belts_share_is_undetermined_at_any_size(size: float) -> None:
+    """One belt pulls by its preload and the torque it hands on, 2/0.1 of which 4/5 turn the drum.
+
+    Two side by side share that in a ratio that nothing says, but together pull on the axles alike.
+    """
+    bodies = (
+        mq.Body("ground"),
+        mq.Body("motor", mq.disk(1.0, 0.1 * size)),
+        mq.Body("drum", mq.disk(4.0, 0.3 * size)),
+    )
+    hinges = (
+        mq.Revolute("shaft", "ground", "motor"),
+        mq.Revolute("axle", "ground", "drum", origin=mq.Placement((size, 0, 0))),
+    )
+    belts = tuple(
+        mq.Belt(
+            name,
+            (mq.Pulley("motor", 0.1 * size), mq.Pulley("drum", 0.3 * size)),
+            40.0 * size,
+            (0.0, 0.0, 1.0),
+        )
+        for name in ("one", "two")
+    )
+    drive = mq.JointForce("torque", "shaft", 2.0 * size**2)
+    single, double = (
+        mq.Reference(mq.Mechanism("drive", bodies, hinges, forces=(drive,), elements=belts[:count]))
+        for count in (1, 2)
+    )
+    q = np.zeros(single.mechanism.nq)
+    v = np.zeros(single.mechanism.nv)
+    # of 2 size² N·m, 5 kg r²/2 = 0.025 size² kg·m² take part at the motor's radius
+    assert single.acceleration(q, v).tolist() == pytest.approx([80.0], rel=1e-12)
+    assert double.acceleration(q, v).tolist() == pytest.approx([80.0], rel=1e-12)
+    tensions = single.guide_forces(q, v)
+    assert sum(tensions.values()) == pytest.approx(80.0 * size, rel=1e-12)
+    assert tensions["one_2"] - tensions["one_1"] == pytest.approx(16.0 * size, rel=1e-12)
+    assert np.isnan([*double.guide_forces(q, v).values()]).all()
+    for name, factor in (("shaft", 1.0), ("axle", -1.0)):
+        pull = factor * 80.0 * size * np.sqrt(1 - 0.2**2)
+        force = single.reactions(q, v)[name].force
+        assert force[0] == pytest.approx(-pull, rel=1e-12)
+        both = double.reactions(q, v)[name]
+        assert both.force[0] == pytest.approx(-2 * pull, rel=1e-12)
+        assert both.force[1] == pytest.approx(force[1], rel=1e-9)

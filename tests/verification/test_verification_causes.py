@@ -588,6 +588,20 @@ def test_a_damper_and_a_mass_are_named_together() -> None:
     assert causes[0].removes
 
 
+def test_dampers_of_two_joints_are_named_together() -> None:
+    """Each is fitted while what the other explains is left free."""
+    arm = MODELS["z1"]()
+    added = {"joint1": 1.0, "joint2": 1.3}
+    dampers = [mq.JointDamper(f"added to {name}", name, c) for name, c in added.items()]
+    states = random_states(arm, 6, 3)
+    (cause,) = causes_of(arm, states, told_by(replace(arm, forces=(*arm.forces, *dampers)))(states))
+    assert [part.text for part in cause.parts] == [
+        "damping of joint 'joint1': 2 N·m·s instead of 1",
+        "damping of joint 'joint2': 3.3 N·m·s instead of 2",
+    ]
+    assert cause.removes
+
+
 def test_more_noisy_samples_give_a_smaller_deviation() -> None:
     """By the root of their number."""
     pendulum = mq.textbook.load("rigid_bar_pendulum")

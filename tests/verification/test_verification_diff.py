@@ -14,6 +14,7 @@ from click.testing import CliRunner
 
 import mecanique as mq
 from mecanique.cli import app
+from mecanique.verification.diff import vector_slip
 from mecanique.verification.verdict import Change
 
 ARM = """<robot name="arm">
@@ -92,6 +93,25 @@ def test_likely_slips_are_named(slip: str) -> None:
     assert change.slip.startswith(slip)
     assert change.where in ("link 'upper'", "joint 'shoulder'")
     assert change.weight >= 0
+
+
+@pytest.mark.parametrize("place", range(3))
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [
+        (10.0, "a decimal point (×10) of {} alone"),
+        (0.1, "a decimal point (÷10) of {} alone"),
+        (1e3, "millimeters for meters of {} alone"),
+        (1e-3, "meters for millimeters of {} alone"),
+        (1e2, ""),
+        (1e-2, ""),
+    ],
+)
+def test_a_slip_in_one_number_of_a_position_is_named(factor: float, words: str, place: int) -> None:
+    """Of a single number only what is common is told: a digit, or the unit."""
+    before = np.array([0.1, 0.2, -0.3])
+    after = before * np.where(np.arange(3) == place, factor, 1.0)
+    assert vector_slip(before, after) == words.format("xyz"[place])
 
 
 def test_limits_in_degrees() -> None:

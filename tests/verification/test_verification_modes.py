@@ -359,3 +359,16 @@ def test_the_worst_row_of_a_quantity_uses_up_most_of_what_is_allowed() -> None:
     found = modes._find_worst(rows, "here")
     assert [(row.quantity, row.worst) for row in found] == [("a", 5e-10), ("b", 1)]
     assert all(row.sources == ("here", engine_name()) for row in found)
+
+
+def test_the_condition_of_a_system_does_not_depend_on_units() -> None:
+    """Rows and columns in other units leave it as it is; that of a rotation is one."""
+    random = np.random.default_rng(5)
+    turns = np.linalg.qr(random.normal(size=(6, 4, 4)))[0]
+    usual = modes._condition(turns)
+    assert (1.0 <= usual).all() and (usual < 20.0).all()
+    np.testing.assert_allclose(modes._condition(1e9 * turns), usual, rtol=1e-12, atol=0)
+    rows, columns = 10.0 ** random.uniform(-6, 6, (2, 6, 4))
+    scaled = modes._condition(rows[:, :, None] * turns)
+    np.testing.assert_allclose(scaled, usual, rtol=1e-9, atol=0)
+    assert (modes._condition(rows[:, :, None] * turns * columns[:, None, :]) < 1e3).all()

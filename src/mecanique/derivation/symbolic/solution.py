@@ -233,7 +233,7 @@ class _Solving:
         """Return the solution: that with fewer terms, as constraints allow several forms."""
         ways = [self._solve(gamma, rest, longest) for gamma, rest in self.sides]
         solved = [way for way in ways if way.accelerations]
-        return min(solved, key=_count) if solved[1:] else (solved or ways)[-1]
+        return min(solved, key=_count, default=ways[-1])
 
     def _solve(self, gamma: Sequence[Series], rest: Column, longest: float) -> EliminatedSolution:
         S, p = self.allowed.basis, self._reach(gamma)

@@ -283,7 +283,7 @@ def _freedom() -> Iterator[ChapterRow]:
         proof="of the 10 distances between five points of a body 9 are independent: 15 - 9 = 6",
     )
     yield replace(counted, kind="computed")
-    spins = np.array([[(0, z, -y), (-z, 0, x), (y, -x, 0)] for x, y, z in five])
+    spins = np.cross(np.eye(3), five[:, None]).swapaxes(1, 2)
     moves = np.concatenate([np.broadcast_to(np.eye(3), (5, 3, 3)), spins], axis=2)
     flat = moves[:, :, [0, 1, 5]]
     yield agreement(
