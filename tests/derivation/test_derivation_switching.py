@@ -361,7 +361,7 @@ def push_on(W: Any, rates: Any, mu: float, rise: float, impulse: float = np.inf)
         slope = W @ unit
         size = impulse - p[0] if np.isfinite(impulse) else (rise - u[0]) / slope[0]
         stop = -u[1] / slope[1] if u[1] * slope[1] < 0 else np.inf
-        assert slope[0] > 0 and size > 0, "nothing jams"
+        assert min(slope[0], size) > 0, "nothing jams"
         p += min(size, stop) * unit
         u += min(size, stop) * slope
         if size <= stop:
