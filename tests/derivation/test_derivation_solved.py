@@ -312,7 +312,9 @@ def test_a_linkage_ends_with_its_single_equation(monkeypatch: pytest.MonkeyPatch
         reduced = mq.reduce_loops(mq.textbook.load(name))
         for method in ("lagrange", "newton_euler", "virtual_work"):
             text = derive_system(name, method).text(steps=True)
-            assert text.endswith(f"\n     {reduced.equation}")
+            *equations, energy = read_result(text).splitlines()
+            assert f"     {reduced.equation}" in equations
+            assert energy.startswith(f"     E = J {reduced.coordinate}'^2/2 + ")
             for letter, value in reduced.coefficients.items():
                 assert text.count(f"     {letter} = {value}\n") == 1
     assert "reduce_loops" not in derive_system("four_bar_linkage").text(steps=True)
@@ -519,8 +521,9 @@ def test_a_derivation_ends_with_its_result(method: str) -> None:
     before, _, result = equations.text(steps=True).partition(". Result\n")
     assert "The constraints leave x free." in before
     assert "     x'' = 2 g sin(alpha)/3\n" in result
-    assert "     E = " not in result
-    assert ("     E = " in before) is (method == "lagrange")
+    assert "     E = " not in before
+    energy = "     E = 3 m x'^2/4 - m g x sin(alpha) + m g z cos(alpha)"
+    assert result.endswith(energy) is (method == "lagrange")
     assert equations.latex(steps=True).count("\\subsection*{Result}") == 1
     assert "\\ddot{x} &= \\frac{2 g}{3} \\sin \\alpha" in equations.latex(steps=True)
     assert equations.document.sections()[-1].title == "Result"
@@ -550,7 +553,9 @@ def test_equations_with_their_symbols_do_not_stop_at_forces_of_constraints(form:
             "lagrange",
             "The constraints leave x free. The accelerations are explicit. The forces of the "
             "constraints follow. Along any motion E is constant.",
-            "The accelerations are explicit. The forces of the constraints follow.",
+            "The accelerations are explicit. The forces of the constraints follow. Nothing depends "
+            "on time, no force but weights does work, and the constraints do none: the total "
+            "energy E = T + V is constant along any motion.",
         ),
         (
             "rolling_disk",
@@ -574,7 +579,9 @@ def test_equations_with_their_symbols_do_not_stop_at_forces_of_constraints(form:
             "to phi, and N half its derivative dJ/dphi.",
             "One equation is left for phi wherever no denominator is zero: J phi'' + N phi'² = "
             "Q_phi. The loops give the other coordinates, Φ = 0. With the accelerations, the "
-            "multipliers follow as listed above.",
+            "multipliers follow as listed above. Nothing depends on time, no force but weights "
+            "does work, and the constraints do none: the total energy E = T + V is constant along "
+            "any motion.",
         ),
     ],
 )

@@ -38,7 +38,7 @@ from mecanique.derivation.symbolic.derivation import (
     Result,
 )
 from mecanique.derivation.symbolic.reduced import COEFFICIENTS
-from mecanique.derivation.symbolic.result import result_of
+from mecanique.derivation.symbolic.result import INTEGRALS, result_of
 from mecanique.wording import to_title
 
 _COLUMNS = '<dl style="display: grid; grid-template-columns: fit-content(40%) 1fr; gap: 0.3em 1em">'
@@ -262,7 +262,8 @@ class Document:
         sections = [_Part(x.title, x.sentence, x.lines) for x in closing]
         reduced = any(part.title == COEFFICIENTS for part in sections)
         for stage in self.derivation.stages:
-            if not (reduced and stage.title in _REPLACED):
+            told = stage.title in INTEGRALS and stage.explanation in closing[-1].sentence
+            if not (told or (reduced and stage.title in _REPLACED)):
                 yield _Part(stage.title, stage.explanation, stage.results)
         if not (reduced and self.derivation.quasi):  # whose displacements lead to one at once
             yield self._list_equations(steps=True)

@@ -178,8 +178,11 @@ def write_momentum(p: Series, velocity: str, squares: Squares) -> Expression:
     return shorter(add_weighted(parts), shorter(mixed, plain)) if sums else plain
 
 
-def energy_integral(lagrange: Lagrange, *, by_squares: bool = True) -> list[Stage]:
+def energy_integral(
+    lagrange: Lagrange, *, by_squares: bool = True, square: Series | None = None
+) -> list[Stage]:
     """Return the step that states the conserved energy, if L does not depend on time."""
+    # The part of T that is quadratic in the velocities may be given in other letters
     T, V, gravity, works = lagrange.T, lagrange.V, lagrange.gravity, lagrange.works
     ties, squares = lagrange.ties, collect_squares(lagrange.squares) if by_squares else ()
     # If a prescribed motion adds terms of degree 0 or 1 in the velocities to T, the conserved
@@ -197,12 +200,17 @@ def energy_integral(lagrange: Lagrange, *, by_squares: bool = True) -> list[Stag
     idle += f"but {enumerate_words(sources)} does work" if sources else "does work"
     idle += ", and the constraints do none" if ties else ""
     potential = partial(_write_potential, gravity, works, V)
-    if _find_orders(T) <= {2}:
-        sentence = f"{idle}: the total energy E = T + V is constant along any motion."
-        energy = Result(Left("E"), T + V, lambda: join((_write_squares(T, squares), potential())))
-        return [Stage(ENERGY_INTEGRAL, sentence, (energy,))]
     degrees, zero = split_by_degree(T), T.ring.number(0)
-    square, rest = degrees.get(2, zero), degrees.get(0, zero)
+    shown = expression(square) if square is not None else None
+    if square is None:
+        square = degrees.get(2, zero)
+    if degrees.keys() <= {2}:
+        sentence = f"{idle}: the total energy E = T + V is constant along any motion."
+        energy = Result(
+            Left("E"), square + V, lambda: join((shown or _write_squares(T, squares), potential()))
+        )
+        return [Stage(ENERGY_INTEGRAL, sentence, (energy,))]
+    rest = degrees.get(0, zero)
     sentence = (
         "L = T - V does not depend on time, but a drive maintains the prescribed motion and does "
         "work, so the total energy changes. The conserved quantity is Jacobi's integral "

@@ -422,9 +422,10 @@ class ReducedEquation:
     rates: tuple[Series, ...]  # what these keep zero per unit velocity, linear in the coefficients
     # the sum of the equations of motion, each times its coefficient, without multipliers
     weighted: Series
+    energy: Sequence[Stage]  # the step that states its energy, if that is constant
 
     def end(self, *, of_work: bool) -> Ending:
-        """Return the equation with its coefficients, to end a derivation with."""
+        """Return the equation with its coefficients and its energy, to end a derivation with."""
         follow, change, refer = self.derivation.stages[-3:]
         lines = [*follow.results, *change.results, *refer.results]
         *_, bias = lefts_of(lines)
@@ -436,6 +437,7 @@ class ReducedEquation:
         force = self.parts[0].ring.sum([-part for part in self.parts[2:]])
         pull = Result(Left("Q", kept, component=True), tidy(force))
         whole = Result(self.weighted, force.ring.number(0))
+        integrals = tuple(line for stage in self.energy for line in stage.results)
         sections = (
             Ending(
                 _FOLLOWING_LOOPS.format(kept, displaced),
@@ -450,8 +452,9 @@ class ReducedEquation:
             Ending(change.explanation, change.results, title=change.title),
             Ending(_REFERRED.format(kept, bias.symbol), (*refer.results, pull), title=refer.title),
             Ending(_LEFT.format(kept, bias.symbol, where), (equation,)),
+            Ending(" ".join(stage.explanation for stage in self.energy), integrals),
         )
-        return Ending(sentence, (*lines, equation), unknowns, sections=sections)
+        return Ending(sentence, (*lines, equation, *integrals), unknowns, sections=sections)
 
 
 def reduce_to_one(lagrange: Lagrange, coordinate: str = "") -> ReducedEquation:
@@ -572,7 +575,8 @@ class _Reducing:
             rows.append(ring.sum([along_displacement(row, accelerations), h, -Q]))
         weighted = by_velocity(along_displacement(ratios, rows), algebra.velocities)
         rates = tuple(map(tidy, first))
-        return ReducedEquation(derivation, kept, K, L, parts, self.ties, rates, weighted)
+        energy = energy_integral(self.lagrange, square=self.J * v**2 / 2)
+        return ReducedEquation(derivation, kept, K, L, parts, self.ties, rates, weighted, energy)
 
     def _put(self, series: Series) -> Series:
         """Replace the velocities of the other coordinates by K θ'."""

@@ -8,6 +8,7 @@ from math import inf
 
 from mecanique.derivation.printing.writers import Equation, Printed
 from mecanique.derivation.scalars.cancel import without_common_divisor
+from mecanique.derivation.scalars.evaluation import Substitution
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import (
     NO_ENDING,
@@ -22,12 +23,13 @@ from mecanique.derivation.symbolic.lagrange import ENERGY_INTEGRAL, Lagrange
 from mecanique.derivation.symbolic.multipliers import MULTIPLIERS, Quotient, say_where
 from mecanique.derivation.symbolic.named_inertias import name_inertias
 from mecanique.derivation.symbolic.reduced import reduce_by_momenta, reduce_to_one
-from mecanique.derivation.symbolic.solution import EliminatedSolution, solve
+from mecanique.derivation.symbolic.solution import EliminatedSolution, find_still, solve
 from mecanique.derivation.symbolic.symbols import coordinate_of
 from mecanique.errors import DerivationError
 from mecanique.wording import enumerate_words
 
-_INTEGRALS = (ENERGY_INTEGRAL, "Jacobi's integral")
+INTEGRALS = (ENERGY_INTEGRAL, "Jacobi's integral")
+"""Titles of the steps that state constants; they are listed with the result."""
 
 _LONGEST_OF_LOOPS = 20
 """Most terms of an acceleration of loops, and of a line of equations reduced further."""
@@ -59,7 +61,9 @@ def result_of(derivation: Derivation) -> Ending:
     reduced, inertias = _reduce(derivation), name_inertias(derivation.algebra, derivation.M)
     derivation = inertias.rewrite(derivation)
     said, told, lines, last = list[str](), list[str](), list[Printed](), list[Printed]()
-    sections = [*reduced.sections[:-1]]
+    conserved = [stage for stage in derivation.stages if stage.title in INTEGRALS]
+    constants = [line for stage in conserved for line in stage.results]
+    sections = [*reduced.sections[:-2]]
     with suppress(DerivationError):  # loops, and constraints without displacements everywhere
         loops = bool(derivation.algebra.mechanism.loops)
         # what multiplies out to more than twice as many terms seldom becomes as short as is shown
@@ -101,25 +105,37 @@ def result_of(derivation: Derivation) -> Ending:
         if not reduced.sections:
             last += accelerations
         last += rest
+        if solved.followers:  # in terms of the velocities that are kept
+            insert = Substitution({**find_still(derivation), **solved.followers}, {})
+            constants = [Result(line.left, insert(line.right)) for line in constants]
     if lines and not reduced.lines:  # those of the loops are short enough to stand here
         reduced = NO_ENDING
-    integrals = [*_list_integrals(derivation.stages)]
+    integrals = [*constants, *_list_momenta(derivation.stages)]
     letters = [*dict.fromkeys(left.symbol for left in lefts_of(integrals))]
     if integrals:
         are = "is" if len(integrals) == 1 else "are"
         said.append(f"Along any motion {enumerate_words(letters)} {are} constant.")
-    closing = (reduced, *reduced.sections)[-1]
     said += [reduced.sentence] if reduced.sentence else []
-    told += [closing.sentence] if closing.sentence else []
-    listed = any(stage.title == MULTIPLIERS for stage in derivation.stages)
-    told += [_AS_ABOVE] if reduced.sections and listed and not last else []
-    # of E the last statement stays, with V_eff
+    # of E the last statement stays, with V_eff or with J
     momenta = {left for left in lefts_of(integrals) if left.component}
     new = [line for line in reduced.lines if momenta.isdisjoint(lefts_of([line]))]
-    integrals = [line for line in integrals if {*lefts_of([line])}.isdisjoint(lefts_of(new))]
+    stated = {*lefts_of(new)}
+    integrals = [line for line in integrals if stated.isdisjoint(lefts_of([line]))]
     named = [inertias.sentence] if inertias.sentence else []
-    last = [*inertias.definitions, *last, *closing.lines]
-    sections.append(Ending(" ".join([*named, *told]), tuple(last)))
+    if reduced.sections:  # the equation of a loop comes first, and brings its energy
+        *_, equation, energy = reduced.sections
+        listed = any(stage.title == MULTIPLIERS for stage in derivation.stages)
+        told += [_AS_ABOVE] if listed and not last else []
+        told = [equation.sentence, *told, energy.sentence]
+        last = [*equation.lines, *last, *energy.lines]
+    else:
+        if stated.isdisjoint(lefts_of(constants)):
+            told += [stage.explanation for stage in conserved]
+            last += constants
+        told.append(reduced.sentence)
+        last += reduced.lines
+    ending = Ending(" ".join(filter(None, [*named, *told])), (*inertias.definitions, *last))
+    sections.append(ending)
     whole = (*inertias.definitions, *lines, *integrals, *new)
     unknowns = {**inertias.unknowns, **reduced.unknowns}
     return Ending(" ".join([*named, *said]), whole, unknowns, sections=tuple(sections))
@@ -193,10 +209,9 @@ def _insert(reactions: Mapping[str, Series], solved: EliminatedSolution) -> dict
     return {name: force for name, force in moved.items() if len(force.above) <= _LONGEST_INSERTED}
 
 
-def _list_integrals(stages: tuple[Stage, ...]) -> Iterator[Result]:
+def _list_momenta(stages: tuple[Stage, ...]) -> Iterator[Result]:
+    """Yield the constant momenta."""
     for stage in stages:
-        if stage.title in _INTEGRALS:
-            yield from stage.results
         for line in stage.results:
             if isinstance(line.left, Left) and line.left.quantity == "p" and line.left.component:
                 yield line

@@ -123,7 +123,7 @@ class _Solving:
         self.ties = derivation.ties
         self.algebra = derivation.algebra
         self.ring = ring = self.algebra.ring
-        still = _find_still(derivation)
+        still = find_still(derivation)
         at = Substitution(still, {}) if still else tidy
         v = self.algebra.velocities
         self.M = [list(map(at, row)) for row in derivation.M]
@@ -323,7 +323,7 @@ def _turn(name: str, x: Quotient, y: Quotient) -> Sequence[Equation]:
     return ()
 
 
-def _find_still(derivation: Derivation) -> dict[str, Series]:
+def find_still(derivation: Derivation) -> dict[str, Series]:
     """Return the coordinates that the constraints hold at zero, such as the roll of a cart."""
     algebra = derivation.algebra
     ring, names = algebra.ring, algebra.mechanism.coordinates
