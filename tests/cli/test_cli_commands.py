@@ -79,7 +79,7 @@ def test_derive_prints_a_complete_latex_file() -> None:
     assert "Kinetic energy" in text
     places = [
         text.index(part)
-        for part in ("\\LARGE Rigid bar pendulum", "\\begin{picture}", "\\section*")
+        for part in ("\\LARGE Rigid bar pendulum", "\\section*", "\\begin{picture}")
     ]
     assert places == sorted(places)
     assert "\\makebox(0,0){" in text
@@ -91,12 +91,20 @@ def test_derive_prints_a_complete_latex_file() -> None:
 
 def test_a_document_of_what_switches_writes_each_mode_and_when_it_holds() -> None:
     text = fine("derive", "stick_slip", "--document")
-    assert text.index("\\begin{picture}") < text.index("\\section*{Stick slip: equations of motion")
+    order = [
+        "\\section*{Stick slip: equations of motion",
+        "Source: ",
+        "\\begin{picture}",
+        "$m$}] mass",
+    ]
+    assert [*map(text.index, order)] == sorted(map(text.index, order))
     titles = re.findall(r"\\subsection\*{(.*?)}", text)
     assert titles == ["belt sticks", "belt slips +", "belt slips -"]
     assert "$\\mu_{0}$}] coefficient of static friction [1]" in text
     assert "sticks if $\\left|\\frac{k x}{m g}\\right| \\leq \\mu_{0}$" in text
     assert "while $\\dot{x} - v > 0$" in text
+    plain = fine("derive", "stick_slip")
+    assert plain.index("Source: ") < plain.index("\n  mu_0") < plain.index("\nbelt sticks:\n")
     refused = call("derive", "stick_slip", "--method", "all")
     assert refused.exit_code == 2
     assert "expected no other option than -p, --format latex and --document" in refused.output
@@ -108,6 +116,11 @@ def test_a_document_of_all_methods_says_everything_once() -> None:
     assert text.count("mass of the rod [kg]") == 1
     assert text.count("\\section*") == 3
     assert text.count("\\begin{picture}") == 2  # of the system, and of its bar cut free
+    # what the system is, its figure, the letters in it, the bodies cut free, the steps
+    order = ["A homogeneous rod", "\\begin{picture}", "length of the rod", "\\subsection*"]
+    assert [*map(text.index, order)] == sorted(map(text.index, order))
+    assert text.index("length of the rod") < text.rindex("\\begin{picture}")
+    assert text.rindex("\\begin{picture}") < text.index("\\subsection*")
     verdict = text[text.index("\\subsection*{Verdict}") :]
     rows = [row for row in verdict.splitlines() if row.startswith("acceleration")]
     assert len(rows) == 1

@@ -10,13 +10,17 @@ from derivation_reading import residual, value_of_text
 from systems import derive_system
 
 import mecanique as mq
+from mecanique.derivation.printing.writers import Text
 from mecanique.derivation.scalars.cancel import divide_by_wave
 from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Ring
 from mecanique.derivation.symbolic import solution
+from mecanique.derivation.symbolic.derivation import Result, lefts_of
+from mecanique.derivation.symbolic.lagrange import Lagrange, energy_integral
 from mecanique.derivation.symbolic.multipliers import Quotient, name_of
-from mecanique.derivation.symbolic.result import result_of
+from mecanique.derivation.symbolic.reduced import reduce_to_one
+from mecanique.derivation.symbolic.result import INTEGRALS, result_of
 from mecanique.errors import DerivationError, UnknownNameError
 from mecanique.model import time
 from mecanique.verification.states import random_states
@@ -665,3 +669,47 @@ def test_friction_on_a_turntable_is_also_given_in_axes_at_rest() -> None:
     lines = mq.derive(mq.textbook.load("ball_on_a_turntable")).solved().text().splitlines()
     assert "cos(W t) lambda_contact_x - sin(W t) lambda_contact_y = -2 m W y'/7" in lines
     assert "sin(W t) lambda_contact_x + cos(W t) lambda_contact_y = 2 m W x'/7" in lines
+
+
+@pytest.mark.parametrize("name", ["rolling_disk", "rolling_coin", "two_wheeled_cart"])
+def test_the_energy_of_what_rolls_is_that_of_the_velocities_it_is_left_with(name: str) -> None:
+    """T + V with the other velocities inserted, and what the constraints hold at zero."""
+    derivation = derive_system(name).derivation
+    (full,) = (stage.results[0] for stage in derivation.stages if stage.title in INTEGRALS)
+    results = (x for x in result_of(derivation).sections[-1].lines if isinstance(x, Result))
+    (reduced,) = (line for line in results if line.left == full.left)
+    mechanism, followers = derivation.algebra.mechanism, solution.solve(derivation).followers
+    names = (*mechanism.coordinates, *derivation.algebra.velocities)
+    random = np.random.default_rng(3)
+    values = {
+        **mechanism.values,
+        **dict(zip(names, random.uniform(0.2, 0.9, len(names)), strict=True)),
+    }
+    values |= dict.fromkeys(solution.find_still(derivation), 0.0)
+    ring = derivation.algebra.ring
+    values |= {v: Evaluation(ring, values)(rate) for v, rate in followers.items()}
+    assert not {*followers}.intersection(g.name for g in reduced.right.generators())
+    expected = Evaluation(ring, values)(full.right)
+    assert Evaluation(ring, values)(reduced.right) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["slider_crank", "four_bar_linkage", "bars_and_springs_loop"])
+def test_the_energy_of_a_loop_is_that_of_its_referred_inertia(name: str) -> None:
+    """T + V with the velocities K phi', for the K of any position, is J phi'²/2 + V."""
+    lagrange = Lagrange(mq.textbook.load(name))
+    reduced, ring = reduce_to_one(lagrange), lagrange.algebra.ring
+    (stage,) = energy_integral(lagrange)
+    mechanism, random = lagrange.algebra.mechanism, np.random.default_rng(5)
+    values = {**mechanism.values, **{q: random.uniform(0.3, 1.2) for q in mechanism.coordinates}}
+    rate = values[f"{reduced.coordinate}'"] = 0.7
+    for term in reduced.ratios:
+        above, below = Evaluation(ring, values)(term.value.above), term.value.below
+        values[term.name] = above / Evaluation(ring, values)(below)
+        values[f"{term.coordinate}'"] = values[term.name] * rate
+    inertia, _ = reduced.derivation.stages[-1].results
+    (letter,) = lefts_of([inertia])
+    values[letter.symbol] = Evaluation(ring, values)(inertia.right)
+    evaluate = Evaluation(ring, values)
+    (line,) = reduced.energy[0].results
+    assert evaluate(line.right) == pytest.approx(evaluate(stage.results[0].right), rel=1e-12)
+    assert line.write(Text()).startswith(f"E = J {reduced.coordinate}'^2/2 ")

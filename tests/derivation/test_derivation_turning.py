@@ -144,7 +144,8 @@ def test_the_acceleration_follows_from_what_is_listed(name: str, body: str) -> N
     equations = derive_system(name, NEWTON_EULER)
     stage = stages_of(equations)[f"Free body {body}: forces"]
     zero = equations.derivation.algebra.ring.number(0)
-    assert "a is the rate of the components of v plus Ω × v. Listed are Ω," in stage.explanation
+    rate = "the acceleration is the rate of the components of v plus Ω × v. Listed are Ω,"
+    assert rate in stage.explanation
     known = listed(stage)
     owner = "tilted" if body == "top" else body
     turning = vector_of(f"Omega_{owner}", known, zero)

@@ -16,7 +16,7 @@ import mecanique as mq
 from mecanique.errors import UnknownNameError
 from mecanique.figure.coordinates import coordinates, lengths
 from mecanique.figure.draw import figure_tex, figure_text
-from mecanique.figure.freebody import cut_free
+from mecanique.figure.freebody import cut_free, fit_body
 from mecanique.figure.mechanism import (
     NUT,
     THREADS,
@@ -279,6 +279,7 @@ def test_a_body_cut_free_shows_its_forces_in_their_directions() -> None:
         motion.mechanism, motion.reference, np.asarray(state.q), np.asarray(state.v), 0.3
     )
     marks = cut_free(given, "rod1", resultants=True, numbers=True)
+    given = fit_body(given, "rod1")
     tips = [
         (m.style, m.points[0])
         for m in marks

@@ -12,7 +12,7 @@ import pytest
 from systems import derive_system
 
 from mecanique import textbook
-from mecanique.figure.freebody import acting, cut_free
+from mecanique.figure.freebody import acting, cut_free, fit_body
 from mecanique.figure.paper.lettering import frame, lines_of, measure_crossings, overlap
 from mecanique.figure.paper.marks import Mark, Stroke, Words
 from mecanique.figure.setting import Setting, posture, setting
@@ -122,6 +122,49 @@ def test_a_pendulum_has_its_components_along_and_across() -> None:
     assert has(inertia, -t)
 
 
+def test_forces_on_what_rolls_are_along_the_axes_of_its_equations() -> None:
+    """m a_x points up the incline, against x of its slide; the world's axes were drawn."""
+    where = seen("rolling_disk")
+    marks = cut_free(where, "disk")
+    alpha = where.mechanism.values["alpha"]
+    uphill = [-np.cos(alpha), -np.sin(alpha)]  # on paper y points down
+    assert has(directions(marks, "inertia"), uphill)
+    assert {"m\u2009ax", "x", "z"} <= {*texts(marks)}
+    # alpha is the slope, so that the angular acceleration needs another letter
+    assert "I\u2009ε" in texts(marks)
+    assert "I\u2009α" not in texts(marks)
+
+
+@pytest.mark.parametrize(
+    ("name", "body", "counted"),
+    [
+        ("rigid_bar_pendulum", "rod", 1),
+        ("rolling_disk", "disk", -1),
+        ("double_pendulum", "rod1", 1),
+    ],
+)
+def test_couples_of_inertia_turn_against_the_sense_of_moments(
+    name: str, body: str, counted: int
+) -> None:
+    """As forces of inertia point against the axes, their letters have no sign."""
+    marks = cut_free(seen(name), body)
+    assert not [said for said in texts(marks) if said.startswith(("-", "−"))]
+    bent = [m.points for m in marks if isinstance(m, Stroke) and m.style == "inertia"]
+    (couple,) = (line for line in bent if len(line) > 2)
+    before, after, *_ = np.diff(couple, axis=0)
+    # on paper y points down
+    assert np.sign(before[1] * after[0] - before[0] * after[1]) == -counted
+
+
+def test_a_small_body_is_drawn_large_enough_for_its_forces() -> None:
+    """The crank of a slider crank is a fifth of its mechanism's width."""
+    for name, body in (("slider_crank", "crank"), ("rigid_bar_pendulum", "rod")):
+        where = fit_body(seen(name), body)
+        corners = np.concatenate([x.corners for x in where.solids if x.body == body])
+        wide, high = np.ptp(where.camera.at(corners), axis=0)
+        assert max(wide / 200, high / 120) == pytest.approx(1, rel=1e-9)
+
+
 def test_a_reaction_on_the_parent_is_drawn_against_that_on_the_child() -> None:
     where = seen("double_pendulum", 0.4)
     first, second = (directions(cut_free(where, name), "force") for name in ("rod1", "rod2"))
@@ -193,7 +236,7 @@ def test_forces_of_elements_point_in_the_sense_of_the_equations() -> None:
         before = upward[: upward.index("R_F_z")].rstrip()
         # on paper y points down
         assert (-1.0 if before.endswith("-") else 1.0) == -sense * float(np.sign(z[1]))
-        place = where.at("DEF", pin.frame_b.xyz)
+        place = fit_body(where, body).at("DEF", pin.frame_b.xyz)
         heads = arrows_at(marks, place)
         assert any(float(head @ z) * sense > 0.99 for head in heads)
 
@@ -201,7 +244,7 @@ def test_forces_of_elements_point_in_the_sense_of_the_equations() -> None:
 def arrows_at(marks: Sequence[Mark], place: np.ndarray) -> list[np.ndarray]:
     """Unit directions of arrows that start at a place, or beside it."""
     lines = [m.points for m in marks if isinstance(m, Stroke) and m.style == "force"]
-    near = [line for line in lines if len(line) == 2 and np.hypot(*(line[0] - place)) < 12.0]
+    near = [line for line in lines if len(line) == 2 and np.hypot(*(line[0] - place)) < 16.0]
     return [(b - a) / np.hypot(*(b - a)) for a, b in near]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
@@ -104,7 +105,7 @@ def derive(
                     "than -p, --format latex and --document"
                 )
             modes = mq.derive_modes(chosen.mechanism)
-            text = modes.latex() if form == "latex" else str(modes)
+            text = modes.latex() if form == "latex" else modes.text()
         elif routh:
             text = getattr(mq.routh(chosen.mechanism), form)(steps=steps)
         elif reduced:
@@ -118,8 +119,12 @@ def derive(
 
         verdict = [_judge(chosen.mechanism)] if method == "all" else []
         cut = method in ("all", "newton_euler")
-        parts = [*_pictures(chosen.mechanism, cut=cut), text, *verdict]
-        text = to_page(parts, chosen.mechanism.name)
+        figure, *bodies = [*_pictures(chosen.mechanism, cut=cut), ""]
+        # below what the system is, the figure explains the letters that follow
+        opening, *derived = re.split(r"(?=\\subsection\*)", text, maxsplit=1)
+        about, *meanings = re.split(r"(?=\\begin\{description\})", opening, maxsplit=1)
+        parts = [about, figure, *meanings, *bodies, *derived, *verdict]
+        text = to_page([part for part in parts if part], chosen.mechanism.name)
     say(text)
 
 

@@ -67,7 +67,8 @@ _PREAMBLE = r"""\documentclass[a4paper]{article}
 \allowdisplaybreaks
 \emergencystretch=3em
 \setlength{\parindent}{0pt}
-\makeatletter % headings are not hyphenated
+\makeatletter % headings are not hyphenated, and no page ends between a sentence and its table
+\@beginparpenalty=10000
 \renewcommand\section{\@startsection{section}{1}{\z@}{-3.5ex}{2.3ex}{\Large\bfseries\raggedright}}
 \makeatother
 \begin{document}"""

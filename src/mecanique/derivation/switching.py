@@ -9,6 +9,7 @@ open.
 from __future__ import annotations
 
 import re
+import textwrap
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
@@ -222,13 +223,25 @@ class Modes(Legible):
                 shown.append(f"<p>{prose.to_html(words, names)}{math}</p>")
         return "\n".join(shown)
 
+    def text(self) -> str:
+        """Return the modes below what the system is and what their letters mean."""
+        about = (textwrap.fill(line, 100) + "\n" for line in self.mechanism.about.splitlines())
+        wide = max((len(symbol) for symbol, _ in self.symbols), default=0)
+        letters = (f"  {symbol:<{wide}}  {meaning}" for symbol, meaning in self.symbols)
+        return "\n".join([*about, "Symbols", *letters, "", str(self)])
+
     def latex(self) -> str:
         """Return the modes as LaTeX."""
         name = prose.escape(to_title(self.mechanism.name))
-        parts = [f"\\section*{{{name}: equations of motion in each mode}}", "\\begin{description}"]
+        every = {*self.mechanism.coordinates, *(symbol for symbol, _ in self.symbols)}
+        parts = [f"\\section*{{{name}: equations of motion in each mode}}"]
+        for paragraph in self.mechanism.about.splitlines():
+            points = prose.find_points(paragraph)
+            parts.append(prose.to_latex(paragraph, every, points) + "\n")
+        parts.append("\\begin{description}\\setlength{\\itemsep}{0pt}\\setlength{\\parskip}{0pt}")
         for symbol, meaning in self.symbols:
             letter = Latex().letter(symbol, False, "")
-            parts.append(f"\\item[{{\\normalfont ${letter}$}}] {prose.escape(meaning)}")
+            parts.append(f"\\item[{{\\normalfont ${letter}$}}] {prose.to_latex(meaning, every)}")
         parts.append("\\end{description}")
         for mode in self.modes:
             names, formulas = {*mode.places, *mode.forces}, mode.write(Latex())

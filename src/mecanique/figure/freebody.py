@@ -10,12 +10,17 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 
-from mecanique.derivation.symbolic.cutting import find_swing
+from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.symbolic.cutting import axes_of, normal_of
+from mecanique.derivation.symbolic.kinematics import Kinematics
+from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.symbolic.vectors import lift
 from mecanique.errors import MecaniqueError
 from mecanique.figure.coordinates import coordinates, lengths
 from mecanique.figure.mechanism import solid_marks
@@ -59,8 +64,12 @@ NUDGE = 1e-3
 POSSIBLE = 1e-5
 """Forces smaller than this fraction of the largest in a general motion are none."""
 
-BESIDE, SAME = 11.0, 4.0
-"""Distance between arrows along one line, and of tails that count as one place [pt]."""
+BESIDE, STAGGER, SAME = 14.0, 16.0, 4.0
+"""Distance between arrows along one line, how much longer the next is, and of tails that count as
+one place [pt]."""
+
+EXTENT, ENLARGED = (200.0, 120.0), 3.0
+"""The largest extent of a body cut free [pt], and how much larger than in its figure it may be."""
 
 OFF = 6.0
 """Distance from which on a point is off a body and a line leads to it [pt]."""
@@ -97,12 +106,15 @@ def cut_free(
     setting: Setting, body: str, *, resultants: bool = False, numbers: bool = False
 ) -> tuple[Mark, ...]:
     """Return the marks of a body's free-body diagram."""
+    setting = fit_body(setting, body)
     actions = [action for action in acting(setting) if action.body == body]
     guides = _measure_guides(setting)
     possible, later = (actions, guides) if numbers else _perturb(setting, actions)
     force = max((float(np.linalg.norm(action.force)) for action in actions), default=0.0)
     moment = max((float(np.linalg.norm(action.moment)) for action in actions), default=0.0)
-    axes = [] if resultants or not setting.camera.flat else _axes(setting, body)
+    axes, turn = list[_Axis](), 0.0
+    if setting.camera.flat and not resultants:
+        axes, turn = _axes(setting, body)
     marks: list[Mark] = [*_arms(setting, body, actions), *solid_marks(setting, body)]
     arrows: list[_Arrow] = []
     # without numbers a letter stands for every value, zero too: what can act is drawn
@@ -124,9 +136,9 @@ def cut_free(
     turning = max((float(np.linalg.norm(action.moment)) for action in possible), default=0.0)
     for action, perturbed in zip(actions, possible, strict=True):
         if np.linalg.norm(action.moment) > max(NEGLIGIBLE * moment, 1e-9 * force):
-            marks += _moment(setting, action, numbers, counted=bool(axes))
+            marks += _moment(setting, action, numbers, turn)
         elif np.linalg.norm(perturbed.moment) > max(POSSIBLE * turning, 1e-9 * strongest):
-            marks += _moment(setting, perturbed, numbers, counted=bool(axes))
+            marks += _moment(setting, perturbed, numbers, turn)
     spots = {tuple(np.round(setting.camera.at(action.origin[0]), 1)) for action in actions}
     marks += [Circle(np.array(spot), 2.4, "tip") for spot in sorted(spots)]
     if not marks:
@@ -142,6 +154,16 @@ def cut_free(
     if any(action.name == TOGETHER for action in actions):
         marks.append(Words(np.array([middle, bottom + 22.0]), ((_UNKNOWN, "upright"),), "name"))
     return tuple(marks)
+
+
+def fit_body(setting: Setting, body: str) -> Setting:
+    """Bring a body to a size at which its forces and their letters stand beside it."""
+    own = [solid.corners for solid in setting.solids if solid.body == body]
+    if not own:
+        return setting
+    wide, high = np.ptp(setting.camera.at(np.concatenate(own)), axis=0)
+    factor = min(EXTENT[0] / max(wide, 1.0), EXTENT[1] / max(high, 1.0), ENLARGED)
+    return replace(setting, camera=replace(setting.camera, scale=setting.camera.scale * factor))
 
 
 def _arms(setting: Setting, body: str, actions: Sequence[Action]) -> Iterator[Mark]:
@@ -201,16 +223,24 @@ def _perturb(setting: Setting, actions: Sequence[Action]) -> tuple[list[Action],
     return kept, _measure_guides(moved)
 
 
-def _axes(setting: Setting, body: str) -> list[_Axis]:
-    """The axes of the body's equations that lie in the picture: n and t of a pendulum, or x, z."""
-    swing = find_swing(setting.mechanism, body)
-    if swing is not None:
-        turn = setting.poses[setting.index(body), :3, :3]
-        _, n, t = swing
-        return [_Axis("n", turn @ np.array(n), -1), _Axis("t", turn @ np.array(t))]
-    toward = setting.camera.toward
-    world = [_Axis(letter, axis) for letter, axis in zip("xyz", np.eye(3), strict=True)]
-    return [axis for axis in world if abs(axis.along @ toward) < NEGLIGIBLE]
+def _axes(setting: Setting, body: str) -> tuple[list[_Axis], float]:
+    """The axes of the body's equations in the picture, and 1 if moments count counterclockwise."""
+    mechanism, toward = setting.mechanism, setting.camera.toward
+    labels, signs, rows, normals = [*"xyz"], (1, 1, 1), np.eye(3), np.eye(3)
+    with suppress(MecaniqueError):  # such as of a hinge on what turns by a quaternion
+        kinematics = Kinematics(Algebra(mechanism))
+        normal = normal_of(kinematics)
+        if normal is not None:
+            chosen = axes_of(kinematics, body, normal)
+            values = dict(zip(mechanism.coordinates.names, setting.q.tolist(), strict=True))
+            ring = kinematics.algebra.ring
+            evaluate = Evaluation(ring, {**mechanism.values, **values, "t": setting.t})
+            labels, signs = [*chosen.labels], chosen.signs
+            directions = [lift(ring, row) for row in (*chosen.rows, *chosen.turns)]
+            rows, normals = np.split(np.array([[*map(evaluate, row)] for row in directions]), 2)
+    axes = [_Axis(*axis) for axis in zip(labels, rows, signs, strict=True)]
+    flat = [axis for axis in axes if abs(axis.along @ toward) < NEGLIGIBLE]
+    return flat, math.copysign(1.0, max((n @ toward for n in normals), key=abs))
 
 
 def _resolve(
@@ -291,7 +321,9 @@ def _lies_on(candidate: _Arrow, placed: _Arrow) -> bool:
 
 
 def _draw(drawn: _Arrow, largest: float, numbers: bool) -> Iterator[Mark]:
-    length = LETTERED
+    # tips of arrows beside each other are apart, so that each letter has one near it
+    rank = 2 * abs(drawn.aside) / BESIDE - (drawn.aside > 0)
+    length = LETTERED + STAGGER * rank
     if numbers:
         length = SHORTEST + (LONGEST - SHORTEST) * min(abs(drawn.size) / largest, 1.0)
     tail = drawn.at + drawn.aside * across(drawn.along)
@@ -300,21 +332,24 @@ def _draw(drawn: _Arrow, largest: float, numbers: bool) -> Iterator[Mark]:
     yield _label(tip, drawn.symbol, drawn.size if numbers else None, "N", drawn.along, drawn.style)
 
 
-def _moment(setting: Setting, action: Action, numbers: bool, *, counted: bool) -> Iterator[Mark]:
+def _moment(setting: Setting, action: Action, numbers: bool, counted: float) -> Iterator[Mark]:
     """A bent arrow, in the sense in which the equations count the moment, or as it acts."""
+    # A couple of inertia is drawn against the sense in which moments count, as forces of inertia
+    # against the axes, so that its letter has no sign
     at, size = setting.camera.at(action.origin[0]), float(np.linalg.norm(action.moment))
     along = float(action.moment[0] @ setting.camera.toward)
     if abs(along) < 0.05 * size:
         return
     sense, style = math.copysign(1.0, along), "inertia" if action.kind == "inertia" else "force"
-    if counted and action.kind == "reaction":
-        sense = _find_turn(setting, action) * _sense(setting, action)
-        size = along * sense
+    symbol = _symbol(setting, action, moment=True)
+    if counted and action.kind in ("reaction", "inertia"):
+        reaction = action.kind == "reaction"
+        sense = _find_turn(setting, action) * _sense(setting, action) if reaction else -counted
+        size, symbol = along * sense, symbol.removeprefix("-")
     way, radius = sense, 24.0 if style == "inertia" else 30.0
     turn = -way * np.linspace(0.0, 1.3 * math.pi, 40) - 0.4 * way
     yield from arc(at + radius * directions(turn), style)
     side = np.array([0.7, 0.7])
-    symbol = _symbol(setting, action, moment=True)
     yield _label(at + radius * side, symbol, size if numbers else None, "N·m", side, style)
 
 
@@ -351,23 +386,26 @@ def _label(
 
 
 def _symbol(setting: Setting, action: Action, *, moment: bool) -> str:
-    mass = setting.name(setting.mechanism.body(action.body).mass)
+    mechanism = setting.mechanism
+    mass = setting.name(mechanism.body(action.body).mass)
     if "+" in mass or "-" in mass:
         mass = f"({mass})"
     if action.kind == "weight":
         return f"{mass}*g" if mass else f"G_{action.body}"
     if action.kind == "inertia":
-        return "-I*alpha" if moment else f"-{mass or f'm_{action.body}'}*a"
+        taken = {p.symbol for p in mechanism.parameters}.union(mechanism.coordinates)
+        rate = "epsilon" if "alpha" in taken else "alpha"
+        return f"-I*{rate}" if moment else f"-{mass or f'm_{action.body}'}*a"
     if action.name == TOGETHER:
         return "C" if moment else "S"
-    if any(action.name in element.tensions for element in setting.mechanism.elements):
+    if any(action.name in element.tensions for element in mechanism.elements):
         return f"T_{action.name}"
     if action.kind == "load":
         stated = _find_letter(setting, action.name)
         if stated:
             return stated
     stem = re.sub(r"[\W_]+", "_", action.name).strip("_") or "force"
-    if action.kind == "reaction" and action.name in (loop.name for loop in setting.mechanism.loops):
+    if action.kind == "reaction" and action.name in (loop.name for loop in mechanism.loops):
         return f"lambda_{stem}"
     letters = {
         "reaction": "M" if moment else "R",

@@ -419,8 +419,8 @@ def state_momentum_balance(cut: Cut, moving: bool, turning: bool) -> str:
     """Return the sentence that introduces the balance of forces of a body."""
     if moving:
         rate = (
-            " As the axes turn with the angular velocity Ω, a is the rate of the components of v "
-            "plus Ω × v."
+            " As the axes turn with the angular velocity Ω, the acceleration is the rate of the "
+            "components of v plus Ω × v."
         )
         return (
             "Mass times the acceleration a of the center of mass equals the resultant force."

@@ -576,7 +576,9 @@ class _Reducing:
         weighted = by_velocity(along_displacement(ratios, rows), algebra.velocities)
         rates = tuple(map(tidy, first))
         energy = energy_integral(self.lagrange, square=self.J * v**2 / 2)
-        return ReducedEquation(derivation, kept, K, L, parts, self.ties, rates, weighted, energy)
+        return ReducedEquation(
+            derivation, kept, K, L, parts, self.ties, rates, weighted=weighted, energy=energy
+        )
 
     def _put(self, series: Series) -> Series:
         """Replace the velocities of the other coordinates by K θ'."""
