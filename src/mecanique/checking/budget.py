@@ -59,15 +59,10 @@ class _Budget:
         before, self.left = self.left, self.left - parts
         if self.left < 0:
             raise SpentError(TOO_LONG, f"{MOST_PARTS:,} parts")
-        if before // _LOOK != self.left // _LOOK or not parts:
-            self.look()
-
-    def look(self) -> None:
-        """Read the clock."""
-        if processor_time() > self.end:
+        looks = before // _LOOK != self.left // _LOOK or not parts
+        if looks and processor_time() > self.end:
             most = f"{SECONDS:g} s"
-            message = f"the formulas are not judged within {most}; write them shorter"
-            raise SpentError(message, most)
+            raise SpentError(f"the formulas are not judged within {most}; write them shorter", most)
 
 
 _CURRENT: ContextVar[_Budget | None] = ContextVar("budget", default=None)

@@ -394,7 +394,8 @@ def _single(
     a: Mechanism, b: Mechanism, where: str, joint_a: Single, twin: Single
 ) -> Iterator[_Numeric]:
     for what, names in (("limits", ("lower", "upper")), ("effort and velocity", _BOUNDS)):
-        before, after = (_bounds(joint.limits or Limits(), names) for joint in (joint_a, twin))
+        limits = (joint.limits or Limits() for joint in (joint_a, twin))
+        before, after = np.array([[getattr(its, name) for name in names] for its in limits])
         if not np.array_equal(before, after):
             finite = np.isfinite([before, after]).all()
             slip = bounds_slip(before, after) if finite else ""
@@ -418,7 +419,8 @@ def _elements(a: Mechanism, b: Mechanism, pairs: Pairs) -> Iterator[_Numeric]:
     for group in _GROUPS:
         for element, twin in _pair_elements(_members(a, group), _members(b, group)):
             present = element or twin
-            where = f"{_kind_of(present)} {present.name!r}"
+            kind = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(present).__name__).lower()
+            where = f"{kind} {present.name!r}"
             if element is None or twin is None:
                 yield Change(where, "added" if element is None else "removed"), None
                 continue
@@ -441,11 +443,6 @@ def _members(m: Mechanism, group: str) -> list[Any]:
     """Return a group of elements, but dampers in joints, which are compared with these."""
     members = getattr(m, group)
     return [x for x in members if not (isinstance(x, JointLoad) and x.kind == "damper")]
-
-
-def _kind_of(element: Any) -> str:
-    """Return what an element is called, e.g. "joint spring"."""
-    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(element).__name__).lower()
 
 
 def _pair_elements(first: Sequence[Any], second: Sequence[Any]) -> Iterator[tuple[Any, Any]]:
@@ -505,10 +502,6 @@ def _values(m: Mechanism, value: Any, pairs: Pairs | None) -> Iterator[tuple[str
 
 
 _BOUNDS = ("effort", "velocity")
-
-
-def _bounds(limits: Limits, names: Sequence[str]) -> Array:
-    return np.array([float(getattr(limits, name)) for name in names])
 
 
 def _damping(m: Mechanism, joint: Single) -> float:

@@ -433,7 +433,7 @@ def eliminate(text: str, letters: KnownLetters, error: FormulaError) -> ReadText
         raise error from None
     statements = [*reading.statements]
     for name in names:
-        holding = [statement for statement in statements if name in _letters_of(statement)]
+        holding = [s for s in statements if any(name in side.letters for side in s.sides)]
         solved: list[tuple[int, Statement, Node]] = []
         for statement in holding if all(len(s.sides) == 2 for s in holding) else ():
             left, right = statement.sides
@@ -448,10 +448,6 @@ def eliminate(text: str, letters: KnownLetters, error: FormulaError) -> ReadText
         statements = [_insert(s, name, formula) for s in statements if s is not used]
     notes = (*reading.notes, f"eliminated: {', '.join(names)}")
     return ReadText(tuple(statements), reading.letters, notes)
-
-
-def _letters_of(statement: Statement) -> set[str]:
-    return set().union(*(side.letters for side in statement.sides))
 
 
 def _insert(statement: Statement, name: str, formula: Node) -> Statement:
@@ -650,7 +646,8 @@ def _parser() -> Lark:
 
 def _explain(error: UnexpectedInput, tokens: list[Token], text: str) -> FormulaError:
     if not isinstance(error, UnexpectedToken) or error.token.type == "$END":
-        missing = [word for kind, word in _EXPECTED.items() if kind in _kinds(error)]
+        kinds = getattr(error, "expected", ()) or getattr(error, "accepts", ()) or ()
+        missing = [word for kind, word in _EXPECTED.items() if kind in kinds]
         what = missing[0] if missing else "the formula ends too early; expected a letter or number"
         opened = _last_open(tokens) if missing else None
         place = len(text.rstrip()) if opened is None else opened.start
@@ -659,10 +656,6 @@ def _explain(error: UnexpectedInput, tokens: list[Token], text: str) -> FormulaE
     other = f"{str(token)!r} is not expected here; expected a letter, a number or a bracket"
     what = _UNEXPECTED.get(token.type.lstrip("_"), other)
     return FormulaError(what, text, token.start_pos or 0)
-
-
-def _kinds(error: UnexpectedInput) -> set[str]:
-    return set(getattr(error, "expected", ()) or getattr(error, "accepts", ()) or ())
 
 
 def _last_open(tokens: list[Token]) -> Token | None:

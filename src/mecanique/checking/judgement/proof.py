@@ -86,7 +86,8 @@ class Proof:
             return True
         derivation = self._derivation
         if derivation.ties or derivation.quasi:
-            return self._is_multiple(above)
+            # times a number and powers of letters
+            return any(self._has_ratio(above, series) for series in self._known)
         names = derivation.algebra.accelerations
         slopes, rest = above.linear(names)
         for row, force in zip(derivation.M, self._forces, strict=True):
@@ -113,10 +114,6 @@ class Proof:
             _is_zero(self._multiply(a, row_pivot) - self._multiply(b, given_pivot))
             for a, b in pairs
         )
-
-    def _is_multiple(self, above: Series) -> bool:
-        """Whether a series is a row or constraint, times a number and powers of letters."""
-        return any(self._has_ratio(above, series) for series in self._known)
 
     def _has_ratio(self, above: Series, row: Series) -> bool:
         if above.parts.keys() != row.parts.keys():

@@ -83,7 +83,7 @@ class LetterUnits:
 
     def _of_sum(self, node: Node, text: str) -> Dimension | None:
         by_part = [(part, self.find(part, text)) for part in node.parts]
-        known = [(part, its) for part, its in by_part if its is not None and _letters(part)]
+        known = [(part, its) for part, its in by_part if its is not None and part.letters]
         for part, its in known[1:]:
             first, expected = known[0]
             if its != expected:
@@ -140,10 +140,6 @@ class LetterUnits:
 
 _SIMPLE = 10
 """A number with a larger denominator, such as 9.807, may stand for a quantity with a unit."""
-
-
-def _letters(node: Node) -> bool:
-    return any(part.kind == "letter" for part in node.walk())
 
 
 def _number(node: Node) -> Fraction | None:
