@@ -7,6 +7,7 @@ import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
+from operator import attrgetter
 from typing import Any, final
 
 import numpy as np
@@ -394,8 +395,8 @@ def _single(
     a: Mechanism, b: Mechanism, where: str, joint_a: Single, twin: Single
 ) -> Iterator[_Numeric]:
     for what, names in (("limits", ("lower", "upper")), ("effort and velocity", _BOUNDS)):
-        limits = (joint.limits or Limits() for joint in (joint_a, twin))
-        before, after = np.array([[getattr(its, name) for name in names] for its in limits])
+        limits = [joint.limits or Limits() for joint in (joint_a, twin)]
+        before, after = np.array([*map(attrgetter(*names), limits)])
         if not np.array_equal(before, after):
             finite = np.isfinite([before, after]).all()
             slip = bounds_slip(before, after) if finite else ""

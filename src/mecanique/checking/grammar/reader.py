@@ -433,7 +433,7 @@ def eliminate(text: str, letters: KnownLetters, error: FormulaError) -> ReadText
         raise error from None
     statements = [*reading.statements]
     for name in names:
-        holding = [s for s in statements if any(name in side.letters for side in s.sides)]
+        holding = [statement for statement in statements if name in _letters_of(statement)]
         solved: list[tuple[int, Statement, Node]] = []
         for statement in holding if all(len(s.sides) == 2 for s in holding) else ():
             left, right = statement.sides
@@ -448,6 +448,10 @@ def eliminate(text: str, letters: KnownLetters, error: FormulaError) -> ReadText
         statements = [_insert(s, name, formula) for s in statements if s is not used]
     notes = (*reading.notes, f"eliminated: {', '.join(names)}")
     return ReadText(tuple(statements), reading.letters, notes)
+
+
+def _letters_of(statement: Statement) -> set[str]:
+    return set().union(*(side.letters for side in statement.sides))
 
 
 def _insert(statement: Statement, name: str, formula: Node) -> Statement:

@@ -393,9 +393,13 @@ def _find_shared_sum(factors: Sequence[Product]) -> Sum | None:
     for base, power_of in factors[0].factors:
         if isinstance(base, Sum) and power_of > 0 and _is_given(base):
             either = (base, base.negative())
-            if all(any(b in either and n > 0 for b, n in factor.factors) for factor in factors):
+            if all(_holds(factor, either) for factor in factors):
                 return base
     return None
+
+
+def _holds(factor: Product, sums: Sequence[Sum]) -> bool:
+    return any(base in sums and power_of > 0 for base, power_of in factor.factors)
 
 
 def _is_given(whole: Sum) -> bool:

@@ -459,12 +459,16 @@ def to_lines(row: str, alt: str = "") -> str:
     # No browser breaks a formula by itself. The terms of the outermost sum are formulas of their
     # own here, between which lines break as between words.
     terms = _split(fromstring(f"<mrow>{row}</mrow>"))
-    pieces = ["".join(tostring(part, encoding="unicode") for part in term) for term in terms]
+    pieces = ["".join(map(_serialize, term)) for term in terms]
     if len(pieces) > 1 and pieces[-1].endswith("=</mo><mrow><mn>0</mn></mrow>"):
         zero = pieces.pop()  # a zero alone would be a poor last line
         pieces[-1] += zero
     written = "&#x200b;".join(map(_PIECE.format, pieces))
     return _LINES.format(escape(alt, quote=True), written)
+
+
+def _serialize(part: Element) -> str:
+    return tostring(part, encoding="unicode")
 
 
 def _split(row: Element) -> list[list[Element]]:
