@@ -280,6 +280,35 @@ ANSWERED = (
         *("spherical_pendulum", "steady motion"),
         *("(phi'^2 - g/(l cos theta))(phi' - sqrt(g/l)) = 0", "wrong", "other values"),
     ),
+    # of what rolls, and with loops
+    (
+        *("rolling_coin", "steady motion"),
+        "5 r sin(lean) cos(lean) yaw'^2 + 6 r cos(lean) yaw' spin' + 4 g sin(lean) = 0",
+        *("right", ""),
+    ),
+    (
+        *("rolling_coin", "steady motion"),
+        "5 r sin(lean) cos(lean) yaw'^2 + 6 r cos(lean) yaw' spin' - 4 g sin(lean) = 0",
+        *("wrong", "the sign of the term '4 g sin(lean)' is wrong"),
+    ),
+    ("governor", "steady motion", "psi'^2 = 2 ((m + M) g - k (s - a))/(m s)", "right", ""),
+    ("governor", "steady motion", "psi'^2 = 2 (m g - k (s - a))/(m s)", "wrong", "m should be"),
+    # small oscillations about steady motions; E. T. Whittaker, Analytical Dynamics, 1937, § 92
+    *(
+        ("spherical_pendulum", "frequency at steady motion", text, outcome, "")
+        for text, outcome in (
+            ("omega^2 = g (1 + 3 cos(theta)^2)/(l cos theta)", "right"),
+            ("omega^2 = phi'^2 (1 + 3 cos(theta)^2)", "right"),
+            ("omega = sqrt(g/l)", "wrong"),
+            ("omega = 2 phi'", "wrong"),
+        )
+    ),
+    ("kepler_orbit", "frequency at steady motion", "T = 2 pi sqrt(r^3/mu)", "right", ""),
+    (
+        *("heavy_top", "frequency at steady motion"),
+        "omega^2 = phi'^2 - 10 g h cos(theta)/(r^2 + 4 h^2) + (5 g h/((r^2 + 4 h^2) phi'))^2",
+        *("right", ""),
+    ),
     ("rolling_disk", "reaction", "lambda_contact_x = -m g sin(alpha)/3", "right", ""),
     ("rolling_disk", "reaction", "lambda_contact_x = -m g sin(alpha)", "wrong", ""),
     # with constraints: the pendulum that hangs from a free axle, and linkages
@@ -450,7 +479,7 @@ def test_a_further_question_is_answered(
     system: str, ask: str, text: str, outcome: str | None, said: str
 ) -> None:
     if outcome is None:
-        with pytest.raises(mq.errors.InputError, match=re.escape(said)):
+        with pytest.raises(mq.InputError, match=re.escape(said)):
             mq.check(mq.textbook.load(system), text, ask)
         return
     verdict = mq.check(mq.textbook.load(system), text, ask)
@@ -501,6 +530,9 @@ def test_values_hold_in_every_question() -> None:
         ("simple_pendulum", "frequency at q = 1", "not an equilibrium"),
         ("simple_pendulum", "frequency at m = 1", "expected a position"),
         ("simple_pendulum", "steady motion", "no coordinate that may turn uniformly"),
+        ("slider_crank", "steady motion", "no coordinate that may turn uniformly"),
+        ("rolling_coin", "frequency at steady motion", "mq.linearize_steady computes them"),
+        ("simple_pendulum", "frequency at steady motion", "no coordinate that may turn uniformly"),
         ("simple_pendulum", "equilibrium force", "holds it at rest in every position"),
         ("kepler_orbit", "reaction", "no joint or constraint of 'kepler_orbit' transmits a force"),
     ],
@@ -508,6 +540,11 @@ def test_values_hold_in_every_question() -> None:
 def test_a_question_without_an_answer_is_refused(system: str, ask: str, message: str) -> None:
     with pytest.raises(mq.InputError, match=message):
         mq.check(mq.textbook.load(system), "q = 0", ask)
+
+
+def test_what_falls_has_no_steady_motion() -> None:
+    with pytest.raises(mq.InputError, match="x' keeps 'free_planar_body' steady in none"):
+        mq.check(mq.textbook.load("free_planar_body"), "x' = 1", "steady motion")
 
 
 def test_forces_that_nothing_determines_are_not_asked_for() -> None:

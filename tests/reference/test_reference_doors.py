@@ -76,7 +76,7 @@ def test_values_have_names() -> None:
             mq.assemble(LINKAGE, keep=given)  # type: ignore[arg-type]  # on purpose
     nameless: list[Any] = [[], {}, np.array("a")]
     for body in nameless:
-        with pytest.raises(mq.errors.UnknownNameError, match="unknown body"):
+        with pytest.raises(UnknownNameError, match="unknown body"):
             reference.pose(body, CLOSED)
     for seed in (None, "a", -1, 0.5):
         with pytest.raises(InputError, match="expected a whole number of at least 0 for seed"):

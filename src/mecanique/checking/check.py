@@ -61,9 +61,9 @@ def check(
         text: plain text, LaTeX, SymPy's text or MathML; one equation a line.
         ask: the quantity in question: "equation of motion", "kinetic energy", "potential energy",
             "Lagrangian", "energy", "mass matrix", "momentum of q", "conserved quantity",
-            "frequency", "undamped frequency" or "damped frequency" (about zero, or "frequency at
-            q = pi"), "period" (of small oscillations), "period from rest" (released
-            at q0, with K(k) or an integral), "equilibrium" (all of them; a position
+            "frequency", "undamped frequency" or "damped frequency" (about zero, "frequency at
+            q = pi" or "frequency at steady motion"), "period" (of small oscillations), "period
+            from rest" (released at q0, with K(k) or an integral), "equilibrium" (all of them; a position
             begins where a coordinate is given again), "equilibrium of rod" (the balance of a free
             body, in the letters of its reactions), "equilibrium force" (that holds it at rest
             anywhere), "steady motion" (rates of uniform turning), "reaction", "state space",

@@ -193,10 +193,10 @@ def check(
         formula: equations in plain text or LaTeX, one per line; they are never executed.
         ask: what it is meant to be: equation of motion, kinetic energy, potential energy,
             Lagrangian, energy, mass matrix, momentum of q, conserved quantity, frequency (also
-            "frequency at q = pi"), damped frequency, period, period from rest (released at q0),
-            equilibrium, equilibrium of BODY (cut free, in its reactions), equilibrium force, steady
-            motion, reaction, state space, Hamiltonian, Hamilton's equations or transfer function of
-            x from F.
+            "frequency at q = pi", "frequency at steady motion"), damped frequency, period, period
+            from rest (released at q0), equilibrium, equilibrium of BODY (cut free, in its
+            reactions), equilibrium force, steady motion, reaction, state space, Hamiltonian,
+            Hamilton's equations or transfer function of x from F.
         let: definitions of further letters, e.g. ["J = m l^2/3"].
         parameters: values that differ from the catalogue's, in SI units.
         seed: of the random states.

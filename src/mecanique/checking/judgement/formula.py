@@ -35,10 +35,11 @@ from mecanique.checking.judgement.quantities import (
     by_momentum,
     measure,
 )
+from mecanique.checking.judgement.steady import SteadyMotions
 from mecanique.checking.judgement.truth import Sample, Truth
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
-from mecanique.errors import FormulaError, InputError
+from mecanique.errors import FormulaError
 
 
 @final
@@ -108,7 +109,8 @@ def _judge_value(
     several = len(cases) > 1
     needed = list_oscillating(quantity) if several else []
     by_letter = quantity.kind == "letters"
-    fixed = {**quantity.more, **cases[0]} if by_letter else {}
+    fixed = {**quantity.more} if by_letter or quantity.kind == "several" else {}
+    fixed |= cases[0] if by_letter else {}
     all_judged: list[Judged] = []
     statements, helpers = _insert_values(statements, letters if quantity.kind == "several" else ())
     for statement in statements:
@@ -580,7 +582,7 @@ def _judge_steady(
     statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
 ) -> list[Judged]:
     """Judge the rates of steady motions at given positions: each of them, and no others."""
-    all_judged: list[Judged] = []
+    all_judged, motions = list[Judged](), SteadyMotions(truth)
     for statement in name_values(statements):
         written = set().union(*(side.letters for side in statement.sides))
         rates = [name for name in quantity.letters if name in written]
@@ -589,13 +591,13 @@ def _judge_steady(
                 f"expected an equation for {' or '.join(quantity.letters)}", text, statement.start
             )
         name = rates[0]
-        roots = _find_rates(truth, quantity, name)
+        roots = motions.find_rates(name)
         apart = np.abs(roots[0] - roots[1])
         # the same motion backwards is no other
         turned = np.abs(roots[0] + roots[1])
         small = 1e-6 * np.nanmax(np.abs(roots))
         several = bool((apart > small).any() and (turned > small).any())
-        cases = [{**quantity.more, name: root} for root in roots]
+        cases = [motions.at({name: root}) for root in roots]
         tried = [_residual(statement, truth, {}, "", text, case) for case in cases]
         holds = [residual.holds and bool(residual.finite.any()) for residual in tried]
         covers = np.flatnonzero(holds)
@@ -604,7 +606,7 @@ def _judge_steady(
         if not covered:
             # of a formula with a root the same sign may give now the smaller, now the larger rate
             nearest = np.argmin([residual.relative for residual in tried], axis=0)
-            case = {**quantity.more, name: np.where(nearest, roots[1], roots[0])}
+            case = motions.at({name: np.where(nearest, roots[1], roots[0])})
             mixed = _residual(statement, truth, {}, "", text, case)
             if mixed.holds and mixed.finite.any():
                 best, covered, covers = mixed, [case], nearest[mixed.finite][:1]
@@ -618,23 +620,6 @@ def _judge_steady(
             all_judged[0], missing=("the other rate at the same position is missing",)
         )
     return all_judged
-
-
-def _find_rates(truth: Truth, quantity: AskedQuantity, name: str) -> Array:
-    """Return both rates of steady motion in each state, shape (2, n); NaN where there are none."""
-    turns = ({**quantity.more, name: turning} for turning in (-1.0, 0.0, 1.0))
-    rows = [truth.at(turning).stack(truth.rest_forces).T for turning in turns]
-    below, rest, above = np.array(rows)
-    felt = [
-        k for k in range(len(rest)) if np.abs(np.stack([below, rest, above])[:, k]).max() > 1e-12
-    ]
-    if len(felt) != 1:
-        raise InputError("the steady motions follow from several conditions; ask for equilibrium")
-    k = felt[0]
-    square, linear = (above[k] + below[k]) / 2 - rest[k], (above[k] - below[k]) / 2
-    root = np.sqrt(linear**2 - 4 * square * rest[k])
-    roots = np.stack([-linear - root, -linear + root]) / (2 * square)
-    return np.sort(roots, axis=0)
 
 
 def is_equivalent(residual: Residual, truth: Truth, letters: Sequence[str]) -> bool:

@@ -15,6 +15,7 @@ from mecanique.checking.grammar.reader import read
 from mecanique.checking.grammar.tape import FormulaTape
 from mecanique.checking.judgement.equilibria import INTEGERS, Equilibria, equilibria_of
 from mecanique.checking.judgement.release import release
+from mecanique.checking.judgement.steady import SteadyMotions
 from mecanique.checking.judgement.truth import Sample, SeriesValues, Truth
 from mecanique.derivation import derive
 from mecanique.derivation.scalars.series import Series
@@ -100,6 +101,9 @@ ENERGIES = {
 ACROSS = "sym"
 """The letter that stands for the entry across the diagonal of a matrix."""
 
+STEADY = "steady motion"
+"""The place of a question about small motions beside steady ones, and a question itself."""
+
 _NUMBERED = ("omega", "w", "f", "nu", "T")
 """Letters of frequencies and periods that may be numbered, as omega1."""
 
@@ -143,8 +147,9 @@ class _Asked:
         self._truth = truth
         self._sample = truth.sample
         self._letters = letters
-        self._position = locate(truth, position) if position else {}
-        if position and truth.mechanism.constrained:
+        self._steady = position == STEADY
+        self._position = locate(truth, position) if position and not self._steady else {}
+        if self._position and truth.mechanism.constrained:
             self._position |= equilibria_of(truth).locate(self._position)
 
     @cached_property
@@ -302,7 +307,8 @@ class _Asked:
 
     def frequency(self, name: str, _: str) -> AskedQuantity:
         position, notes = self._position, list[str]()
-        if not position:
+        turning = SteadyMotions(self._truth).choose() if self._steady else {}
+        if not position and not turning:
             equilibria = equilibria_of(self._truth)
             # what is prescribed by the time does not act on free vibrations
             zero = {**equilibria.at_zero, "t": np.zeros(self._sample.count)}
@@ -312,7 +318,7 @@ class _Asked:
                 if position and equilibria.loads:
                     first = np.array([position[name][0] for name in equilibria.felt])
                     notes = [f"about the equilibrium {equilibria.name(first, 0)}"]
-        M, C, K = linear_matrices(self._truth, position)[:3]
+        M, C, K, _ = linear_matrices(self._truth, position, turning)
         gyroscopic, slips = (C - C.transpose(0, 2, 1)) / 2, []
         if name in ("frequency", "period") and np.abs(C - gyroscopic).max(initial=0.0) > 1e-12:
             raise InputError(
@@ -339,6 +345,7 @@ class _Asked:
             frequencies.T,
             dimensions=unit,
             notes=tuple(notes),
+            more=turning,
             position=position,
             slips=tuple(slips),
         )
@@ -516,21 +523,9 @@ class _Asked:
 
     def steady(self, name: str, _: str) -> AskedQuantity:
         """Ask for the rates at which coordinates that nothing depends on turn uniformly."""
-        derivation = self._truth.closed_form
-        parts = [*derivation.h, *derivation.Q, *(e for row in derivation.M for e in row)]
-        felt = {g.name for part in parts for g in part.generators()}
-        rates = [v for v in self._truth.velocities if v.removesuffix("'") not in felt]
-        if not rates or self._truth.mechanism.constrained:
-            raise InputError(
-                f"{self._truth.mechanism.name!r} has no coordinate that may turn uniformly while "
-                "the others rest"
-            )
-        others = {v for v in self._truth.velocities if v not in rates}
         inputs = [signal.symbol for signal in self._truth.mechanism.inputs]
         notes = (f"with {' = '.join(inputs)} = 0",) if inputs else ()
-        still = (*others, *self._truth.accelerations, *inputs)
-        fixed = dict.fromkeys(still, np.zeros(self._sample.count))
-        return AskedQuantity(name, "steady", tuple(rates), more=fixed, notes=notes)
+        return AskedQuantity(name, "steady", SteadyMotions(self._truth).rates, notes=notes)
 
 
 class _Question(NamedTuple):
@@ -566,7 +561,7 @@ _QUESTIONS = {
     "period": _Question(_Asked.frequency, ("T", "T0", *_FREQUENCY), at=True),
     "undamped frequency": _Question(_Asked.frequency, _FREQUENCY, at=True),
     "damped frequency": _Question(_Asked.frequency, (*_FREQUENCY, "omegad", "wd"), at=True),
-    "steady motion": _Question(_Asked.steady),
+    STEADY: _Question(_Asked.steady),
     "Hamiltonian": _Question(_Asked.hamiltonian, ("H", "E")),
     "Hamilton's equations": _Question(_Asked.canonical),
     "equilibrium force": _Question(_Asked.holding),
@@ -605,10 +600,11 @@ def locate(truth: Truth, position: str) -> dict[str, Array]:
 
 
 def _oscillate(M: Array, C: Array, K: Array) -> Array:
-    """Return the angular frequencies of M x'' + C x' + K x = 0, shape (n, nv); NaN where none."""
+    """Return the angular frequencies of M x'' + C x' + K x = 0, at most nv, shape (n, k).
+
+    They are NaN in states in which something does not oscillate.
+    """
     n, nv, _ = M.shape
-    state = np.zeros((n, 2 * nv, 2 * nv))
-    state[:, :nv, nv:] = np.eye(nv)
     known = np.isfinite(M).all((1, 2)) & np.isfinite(C).all((1, 2)) & np.isfinite(K).all((1, 2))
     if not np.abs(C[known]).max(initial=0.0) > 1e-12:
         frequencies = np.full((n, nv), np.nan)
@@ -619,13 +615,18 @@ def _oscillate(M: Array, C: Array, K: Array) -> Array:
             roots = np.where(stable, np.sqrt(np.maximum(squares.real, 0.0)), np.nan)
         frequencies[known] = np.where(stable.all(1)[:, None], np.sort(roots, axis=1), np.nan)
         return frequencies
-    state[known, nv:, :nv] = -np.linalg.solve(M[known], K[known])
-    state[known, nv:, nv:] = -np.linalg.solve(M[known], C[known])
+    # a coordinate that nothing depends on has no oscillation of its own, only its rate
+    felt = np.abs(K[known]).max(axis=(0, 1)) > 1e-12 * np.abs(K[known]).max()
+    count = int(felt.sum())
+    state = np.zeros((n, count + nv, count + nv))
+    state[:, :count, count:] = np.eye(nv)[felt]
+    state[known, count:, :count] = -np.linalg.solve(M[known], K[known][:, :, felt])
+    state[known, count:, count:] = -np.linalg.solve(M[known], C[known])
     state[~known] = 0.0
     turning = np.sort(np.linalg.eigvals(state).imag, axis=1)[:, nv:]
     with np.errstate(all="ignore"):
         oscillates = (turning > 1e-9 * np.abs(state).max((1, 2))[:, None]).all(1) & known
-    return np.where(oscillates[:, None], turning, np.nan)
+    return np.where(oscillates[:, None] & (count > 0), turning, np.nan)
 
 
 def measure(omega: Array, letters: Sequence[str]) -> dict[str, Array]:
@@ -665,16 +666,18 @@ def _name_place(position: Mapping[str, Array]) -> str:
 
 
 def linear_matrices(
-    truth: Truth, position: Mapping[str, Array]
+    truth: Truth, position: Mapping[str, Array], turning: Mapping[str, Array] | None = None
 ) -> tuple[Array, Array, Array, Array]:
     """Return M, C and K of small motions about a position; other coordinates are zero there.
 
-    With them come the directions in which constraints leave it free, shape (n, nv, free).
+    With the letters of a steady motion, they are those about it. With them come the directions in
+    which constraints leave it free, shape (n, nv, free).
     """
     signals = [signal.symbol for signal in truth.mechanism.inputs]
     names = (*truth.velocities, *truth.mechanism.coordinates, *signals)
     # what is prescribed by the time does not act on free vibrations
-    here = truth.at({**dict.fromkeys((*names, "t"), 0.0), **position})
+    zero = dict.fromkeys((*names, "t"), 0.0)
+    here = truth.at(turning or {**zero, **position})
     coordinates = [name.removesuffix("'") for name in truth.velocities]
     where = _name_place(position)
     n, nv = truth.sample.count, len(truth.velocities)
@@ -691,7 +694,7 @@ def linear_matrices(
         free = columns[:, :, held.max() :]
         M, C, K = (free.transpose(0, 2, 1) @ matrix @ free for matrix in (M, C, K))
         known &= held == held.max()
-    least = _FEWEST if position else n
+    least = _FEWEST if position or turning else n
     if known.sum() < least or (np.linalg.matrix_rank(M[known]) < M.shape[1]).any():
         raise InputError(f"the equations have no meaning at {where}")
     return M, C, K, free

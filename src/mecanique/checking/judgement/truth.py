@@ -191,6 +191,15 @@ class Truth:
         return balance
 
     @cached_property
+    def driven(self) -> bool:
+        """Whether constraints move the mechanism by themselves."""
+        still = self.at(dict.fromkeys(self.velocities, 0.0))
+        return any(
+            still(tie.demand if tie.of_velocities else tie.demand.ddt()).any()
+            for tie in self.closed_form.ties
+        )
+
+    @cached_property
     def closures(self) -> list[Series]:
         """The left sides of Φ(q, t) = 0."""
         return [tie.demand for tie in self.closed_form.ties if not tie.of_velocities]
@@ -301,7 +310,7 @@ class Truth:
         if not len(at):
             return None
         values = {name: np.broadcast_to(value, (n,))[at] for name, value in values.items()}
-        slopes, rates = self._ties(evaluated, n)
+        slopes, rates = self.constraints(evaluated, n)
         slopes, rates, M, bias, forces = slopes[at], rates[at], M[at], bias[at], forces[at]
         a, multipliers = accelerate(M, forces - bias, slopes, rates)
         values |= dict(zip(self.accelerations, a.T, strict=True))
@@ -335,7 +344,7 @@ class Truth:
         lengths = () if self.derivation is None else tuple(self.derivation.lengths)
         return (*self.multipliers, *lengths)
 
-    def _ties(self, evaluated: SeriesValues, n: int) -> tuple[Array, Array]:
+    def constraints(self, evaluated: SeriesValues, n: int) -> tuple[Array, Array]:
         """Return J and b of J a + b = 0, shape (n, m, nv) and (n, m)."""
         derivation, nv = self.closed_form, self.mechanism.nv
         slopes, rates = np.zeros((n, len(derivation.ties), nv)), np.zeros((n, len(derivation.ties)))

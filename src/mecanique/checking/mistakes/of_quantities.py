@@ -258,7 +258,7 @@ class QuantityMistakes:
         """Yield other measures of a frequency, and those that mistakes lead to."""
         assert quantity.values is not None
         letters = quantity.letters
-        known = self._truth.sample.values
+        known = {**self._truth.sample.values, **quantity.more}
         for omega in quantity.values:
             for weight, text, values in _other_measures(omega, letters):
                 yield Mistake("measure", text, "", weight), [{**known, **values}]
@@ -271,7 +271,7 @@ class QuantityMistakes:
                 yield Mistake(kind, text, "", 0.7), [{**known, **measure(omega, letters)}]
         for text, omega in self._list_simple():
             yield Mistake("simple system", text, "", 2.05), [{**known, **measure(omega, letters)}]
-        if len(quantity.values) <= _MOST_MODES:
+        if len(quantity.values) <= _MOST_MODES and not quantity.more:
             for mistake, wrong in self._frequencies(quantity.position):
                 yield mistake, [{**known, **measure(omega, letters)} for omega in wrong]
 

@@ -297,7 +297,8 @@ def _vary_letter(part: FormulaPart) -> Iterator[_Candidate]:
     if name in context.units or name in context.velocities or name in context.coordinates:
         yield have**2, "power", f"{said} {name}^2", 1.7
         yield have**3, "power", f"{said} {name}^3", 1.7
-        yield np.ones_like(have), "power", f"{said} 1", 1.7
+        if not part.is_term:
+            yield np.ones_like(have), "power", f"{said} 1", 1.7
 
 
 _WAVES = {"sin": np.sin, "cos": np.cos, "tan": np.tan}
