@@ -542,6 +542,87 @@ def test_a_question_without_an_answer_is_refused(system: str, ask: str, message:
         mq.check(mq.textbook.load(system), "q = 0", ask)
 
 
+ON_HOOP = "theta = 0{}, theta = pi{}, theta = ±acos(g/(R W^2)){}"
+SLOW, FAST = "W^2 < g/R", "W^2 > g/R"
+REGIMES = (
+    f"For {SLOW}: theta = 0 (stable), theta = pi (unstable)\n"
+    f"For {FAST}: theta = 0 (unstable), theta = pi (unstable), theta = ±acos(g/(R W^2)) (stable)"
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "outcome", "said"),
+    [
+        (ON_HOOP.format(f" (stable if {SLOW})", " (unstable)", f" if {FAST}"), "right", ""),
+        (ON_HOOP.format(f" (stable if {FAST})", "", ""), "wrong", f"is not stable where {FAST}"),
+        (
+            ON_HOOP.format(" is stable only if W^2 < g/(2 R)", "", ""),
+            *("wrong", "it is stable not only where W^2 < g/(2 R)"),
+        ),
+        (ON_HOOP.format("", f" (unstable for {FAST})", ""), "wrong", "is not stable not only"),
+        (ON_HOOP.format("", "", f" ({FAST})"), "right", ""),
+        (ON_HOOP.format("", "", " for W² ≥ g/R"), "right", ""),
+        (ON_HOOP.format("", "", " falls 0 < g/(R W^2) < 1"), "right", ""),
+        (ON_HOOP.format("", "", r" \text{ if } W^2 > \frac{g}{R}"), "right", ""),
+        (ON_HOOP.format("", "", f" if {SLOW}"), "wrong", f"there is none where {SLOW}"),
+        (
+            ON_HOOP.format("", "", " if W^2 > 2 g/R"),
+            *("wrong", "it is an equilibrium not only where W^2 > 2 g/R"),
+        ),
+        (ON_HOOP.format(f" if {SLOW}", "", ""), "wrong", "an equilibrium not only where"),
+        (ON_HOOP.format(f" if {SLOW}", "", f"; theta = 0 if {FAST}"), "right", ""),
+        (REGIMES, "right", ""),
+        (REGIMES.partition("\n")[0], "wrong", "an equilibrium not only where"),
+        (REGIMES.replace("theta = 0 (unstable)", "theta = 0 (stable)"), "wrong", "is not stable"),
+        # what is no condition on parameters is told
+        (ON_HOOP.format("", "", " if theta > 0"), "right", "set aside: 'if theta > 0'"),
+        (ON_HOOP.format("", "", " if W > foo"), "right", "set aside: 'if W > foo'"),
+    ],
+)
+def test_conditions_on_parameters_are_judged(text: str, outcome: str, said: str) -> None:
+    verdict = mq.check(mq.textbook.load("bead_on_hoop"), text, "equilibrium")
+    assert verdict.outcome == outcome
+    assert said in str(verdict)
+
+
+@pytest.mark.parametrize(
+    ("limit", "outcome", "said"),
+    [
+        (FAST, "right", ""),
+        (SLOW, "wrong", f"there is none where {SLOW}"),
+        ("W^2 > 2 g/R", "wrong", "it holds not only where W^2 > 2 g/R"),
+    ],
+)
+def test_a_frequency_may_hold_under_a_condition(limit: str, outcome: str, said: str) -> None:
+    hoop = mq.textbook.load("bead_on_hoop")
+    text = f"omega^2 = W^2 - g^2/(R^2 W^2) for {limit}"
+    verdict = mq.check(hoop, text, "frequency at theta = acos(g/(R W^2))")
+    assert verdict.outcome == outcome
+    assert said in str(verdict)
+
+
+def test_a_condition_that_no_state_meets_is_refused() -> None:
+    text = ON_HOOP.format("", "", " if W > 100 sqrt(g/R)")
+    with pytest.raises(mq.FormulaError, match="holds in none of the random states"):
+        mq.check(mq.textbook.load("bead_on_hoop"), text, "equilibrium")
+
+
+@pytest.mark.parametrize(
+    ("text", "outcome", "said"),
+    [
+        ("every angle is 0 or π", "right", ""),
+        ("every angle q_i is either 0 or π.", "right", ""),
+        ("(0, 0) (stable), (0, pi): unstable, (pi, 0) unstable, (pi, pi)", "right", ""),
+        ("(0, 0) (unstable), (0, pi), (pi, 0), (pi, pi)", "wrong", "it is stable"),
+        ("(0, 0), (0, pi), (pi, 0) if m1 > m2, (pi, pi)", "wrong", "not only where m1 > m2"),
+    ],
+)
+def test_remarks_on_several_coordinates_are_read(text: str, outcome: str, said: str) -> None:
+    verdict = mq.check(mq.textbook.load("double_pendulum"), text, "equilibrium")
+    assert verdict.outcome == outcome
+    assert said in str(verdict)
+
+
 def test_what_falls_has_no_steady_motion() -> None:
     with pytest.raises(mq.InputError, match="x' keeps 'free_planar_body' steady in none"):
         mq.check(mq.textbook.load("free_planar_body"), "x' = 1", "steady motion")

@@ -63,10 +63,10 @@ def check(
             "Lagrangian", "energy", "mass matrix", "momentum of q", "conserved quantity",
             "frequency", "undamped frequency" or "damped frequency" (about zero, "frequency at
             q = pi" or "frequency at steady motion"), "period" (of small oscillations), "period
-            from rest" (released at q0, with K(k) or an integral), "equilibrium" (all of them; a position
-            begins where a coordinate is given again), "equilibrium of rod" (the balance of a free
-            body, in the letters of its reactions), "equilibrium force" (that holds it at rest
-            anywhere), "steady motion" (rates of uniform turning), "reaction", "state space",
+            from rest" (released at q0, with K(k) or an integral), "equilibrium" (all of them; a
+            position begins where a coordinate is given again), "equilibrium of rod" (the balance
+            of a free body, in the letters of its reactions), "equilibrium force" (that holds it at
+            rest anywhere), "steady motion" (rates of uniform turning), "reaction", "state space",
             "Hamiltonian", "Hamilton's equations" (momenta p or p1, p2 …, or ptheta) or "transfer
             function of x from F".
         let: definitions of further letters, e.g. "J = m l^2/3", or a mapping from letter to

@@ -14,6 +14,7 @@ from typing import final
 
 import numpy as np
 
+from mecanique.checking.grammar.conditions import CONDITION
 from mecanique.checking.grammar.letters import Kind, KnownLetters, key_of
 from mecanique.checking.grammar.reader import ReadText, define, eliminate, read_answer
 from mecanique.checking.grammar.states import write_states_out
@@ -73,7 +74,8 @@ def read_as_usual(text: str, letters: KnownLetters, prompt: Prompt) -> Interpret
     for rewrite in _REWRITINGS.get(topic, (_drop_arguments,)):
         text, letters = rewrite(text, letters, prompt)
     try:
-        return Interpretation(text, read_answer(text, letters))
+        conditional = topic in _CONDITIONAL
+        return Interpretation(text, read_answer(text, letters, conditional=conditional))
     except FormulaError as error:
         name = _NAMINGS.get(topic)
         written = name(text, letters, prompt, error.unknown) if name else None
@@ -131,6 +133,13 @@ _ITEM = re.compile(r"(?<![^\s,;])\((?:i{1,3}|iv|[a-d1-9])\)(?=\s)")
 """What numbers positions in a row, as (i) … (ii) …."""
 
 
+_EVERY = re.compile(
+    r"\s*(?:every|each|all|jeder|alle)(?: of the| the)? (?:angles?|Winkel)(?: \S{1,8})? (?:is|are|ist|sind)"
+    r"(?: either| equal to)? (?P<values>[^\n=;]+?)[\s.]*",
+    re.IGNORECASE,
+)
+"""What is said of every coordinate."""
+
 _NO_POSITION = re.compile(
     r"[\s$]*(?:(?:there (?:is|are) )?(?:none|no(?: such)?(?: equilibri(?:um|a))?(?: positions?)?)"
     r"|∅|\\(?:varnothing|emptyset)|\\?\{\s*\\?\})[\s.$]*",
@@ -153,7 +162,20 @@ def _write_positions_out(text: str, letters: KnownLetters, prompt: Prompt) -> _W
     text = _ITEM.sub("\n", text)
     if len(names) == 1:
         text = _NUMBERED.sub(drop_number, text)
-    return _list_positions(text, names), letters
+    if every := _EVERY.fullmatch(text):
+        text = "\n".join(f"{name} = {every['values']}" for name in names)
+    remarks = list[str]()
+
+    def mark(remark: re.Match[str]) -> str:
+        remarks.append(remark[0])
+        return chr(_FIRST_MARK + len(remarks) - 1)
+
+    text = CONDITION.sub(mark, re.sub(_MARK, "", text))
+    text = _list_positions(_STABILITY.sub(mark, text), names)
+    while re.search(_MARK, text):
+        # what is said of the stability may hold a condition, which comes back after it
+        text = re.sub(_MARK, lambda sign: f" {remarks[ord(sign[0]) - _FIRST_MARK]}", text)
+    return text, letters
 
 
 _SLOPE = re.compile(
@@ -333,10 +355,10 @@ def _list_entries(text: str) -> str:
 
 
 _BETWEEN = re.compile(r"(?:[\s,;={}$∈]|and|or|und|oder|\\in(?![a-z])|\\[{}\\,;]|\\q?quad)*")
-_TUPLE = re.compile(r"\(((?:[^()]|\([^()]*\))*)\)")
+_TUPLE = re.compile(r"\(((?:[^()]|\([^()]*\))*)\)([\ue000-\uf8ff]*)")
 _LIST = re.compile(r"(?<![\w}])\{([^{},]*,[^{}]*)\}")
 _VALUES = re.compile(
-    r"(?:[\s\d.,;+−±°π*/()^-]|\\?pi(?![a-z])|deg(?:rees?)?|\\circ|and|or|und|oder|\\pm)+"
+    r"(?:[\s\d.,;+−±°π*/()^\ue000-\uf8ff-]|\\?pi(?![a-z])|deg(?:rees?)?|\\circ|and|or|und|oder|\\pm)+"
 )
 _OR = re.compile(r"\b(?:and|or|und|oder)\b")
 _LISTED = re.compile(r"(?<![^=;()\n])([^=;()\n]+)=([^=;()\n]+)")
@@ -345,11 +367,18 @@ _REMARK = re.compile(
     r"(?:arbitrary|any|free|beliebig)\b(?: values?\b)?"
     r"|\bany \w+\b(?![ ]*[=(])"
     r"|(?:∀ ?|\\forall ?)?\b\w+ ?(?:∈|\\in\b) ?(?:ℝ|R\b|\\mathbb ?\{? ?R ?\}?|\\R\b)"
-    r"|∀ ?\w+\b"
-    r"|\b(?:(?:only|nur) )?(?:if|when|for|provided|falls|wenn|für|si|pour|para)\b[^=\n;]{0,99}"
-    r"(?:[<>≤≥]|\\[lg]eq?(?![a-z]))(?:[^\n;()]|\([^()\n]*\))*)"
+    r"|∀ ?\w+\b)"
 )
-"""What is free in an equilibrium, and for which parameters there is one."""
+"""What is free in an equilibrium."""
+
+_FIRST_MARK, _MARK = 0xE000, r"[\ue000-\uf8ff]"
+"""Signs that have no meaning of their own, and stand for conditions."""
+
+_STABILITY = re.compile(
+    r"[ ,:]*(?:\((?:is |are )?|\b(?:is |are )?)(?:un|in|not )?(?:stable|stabil|labil)\b"
+    rf"{_MARK}*\)?"
+)
+"""What is said of the stability of a position."""
 
 _AT_REST = re.compile(r"(?<![A-Za-z\\])(\\?[^\W\d_]{1,20}\d?)_\{?(?:eq|e)\}?(?![A-Za-z0-9_])")
 """A coordinate in equilibrium, as q_e."""
@@ -364,8 +393,7 @@ def _list_positions(text: str, names: Sequence[str]) -> str:
     def drop_rest(match: re.Match[str]) -> str:
         return match[1] if key_of(match[1].strip("\\")) in keys else match[0]
 
-    text = _AT_REST.sub(drop_rest, text)
-    text = _REMARK.sub("", text)
+    text = _REMARK.sub("", _AT_REST.sub(drop_rest, text))
     if len(names) == 1:
         listed = _SET.fullmatch(text)
         if listed and key_of(listed[1].strip("\\")) == key_of(names[0]):
@@ -390,7 +418,9 @@ def _list_positions(text: str, names: Sequence[str]) -> str:
     plain = re.sub(r"\\(?:left|right)(?![A-Za-z])", "", text)
     plain = _LIST.sub(r"(\1)", plain)
     # (q1, q2) = … names the coordinates
-    positions = [inner.split(",") for inner in _TUPLE.findall(plain) if not names_all(inner)]
+    positions = [
+        f"{inner}{mark}".split(",") for inner, mark in _TUPLE.findall(plain) if not names_all(inner)
+    ]
     whole = all(len(values) == len(names) for values in positions)
     if not (whole and _BETWEEN.fullmatch(_TUPLE.sub("", plain))):
         return text
@@ -429,6 +459,9 @@ _MOST_COUNTED = 20
 
 _Rewriting = Callable[[str, KnownLetters, Prompt], _Written]
 _Naming = Callable[[str, KnownLetters, Prompt, Sequence[str]], _Written | None]
+
+_CONDITIONAL = ("equilibrium", "several", "steady")
+"""Topics of which an answer may hold under conditions."""
 
 _REWRITINGS: Mapping[str, tuple[_Rewriting, ...]] = {
     "motion": (),

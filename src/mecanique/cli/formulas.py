@@ -35,7 +35,8 @@ from mecanique.files import write_text
     help="What the formula is meant to be: equation of motion, kinetic energy, potential energy, "
     "Lagrangian, energy, mass matrix, momentum of q, conserved quantity, frequency, "
     "undamped frequency, damped frequency (frequency at q = pi, frequency at steady motion), "
-    "period, period from rest (at q0), equilibrium, equilibrium of BODY (cut free), equilibrium force, steady motion, reaction, state space, Hamiltonian, "
+    "period, period from rest (at q0), equilibrium, equilibrium of BODY (cut free), "
+    "equilibrium force, steady motion, reaction, state space, Hamiltonian, "
     "Hamilton's equations or transfer function of x from F.",
 )
 @options.several("--let", said='Define a letter: --let "J = m l^2/3"', metavar="LETTER=FORMULA")

@@ -16,6 +16,7 @@ from lark.lexer import Lexer
 from lark.visitors import Transformer_NonRecursive, v_args
 
 from mecanique.checking.grammar import tree
+from mecanique.checking.grammar.conditions import CONDITION, Condition, split_relation
 from mecanique.checking.grammar.letters import Kind, KnownLetters, key_of
 from mecanique.checking.grammar.mathml import is_mathml, text_of
 from mecanique.checking.grammar.scanner import CLOSE, OPEN, Scanner, Token
@@ -308,6 +309,7 @@ class Statement:
     sides: tuple[Node, ...]  # the formulas between the equals signs
     text: str  # the statement as it was written
     start: int  # its position in the whole text
+    conditions: tuple[Condition, ...] = ()  # on parameters, under which it is said to hold
 
     @property
     def is_equation(self) -> bool:
@@ -352,10 +354,16 @@ def read(text: str, letters: KnownLetters) -> tuple[Statement, ...]:
     return read_answer(text, letters).statements
 
 
-def read_answer(text: str, letters: KnownLetters) -> ReadText:
-    """Read a text of formulas, in which lines may define further letters."""
+def read_answer(text: str, letters: KnownLetters, *, conditional: bool = False) -> ReadText:
+    """Read a text of formulas, in which lines may define further letters.
+
+    With conditions, each is known to the lines for which it is stated.
+    """
     if is_mathml(text):
         text = text_of(text)
+    conditions = [*CONDITION.finditer(text)] if conditional else []
+    for match in conditions:
+        text = text[: match.start()] + " " * len(match[0]) + text[match.end() :]
     defined: dict[str, str] = {}
     places = set[int]()
     while True:
@@ -406,7 +414,49 @@ def read_answer(text: str, letters: KnownLetters) -> ReadText:
         judged = {statement.text for statement in statements}
         defined |= {said.text: said.text for said in restated if said.text not in judged}
     notes = [*scanner.notes, *(f"taken as a definition: '{said}'" for said in defined.values())]
+    for match in conditions:
+        condition = _read_condition(match, letters)
+        if condition is None:
+            notes.append(f"set aside: '{match[0].strip(' ,;')}'")
+        else:
+            statements = _restrict(statements, condition, text)
     return ReadText(tuple(statements), scanner.letters, tuple(notes))
+
+
+def _read_condition(match: re.Match[str], letters: KnownLetters) -> Condition | None:
+    """Return a condition on parameters; None if it is none that can be read."""
+    said = match["said"] or match["alone"]
+    falling = list[Node]()
+    for side in split_relation(said) or ():
+        try:
+            statements = read(side, letters)
+        except FormulaError:
+            return None
+        falling += statements[0].sides
+        known = {letters.kinds.get(name) for name in statements[0].sides[0].letters}
+        if len(statements) > 1 or len(statements[0].sides) > 1 or known - {"parameter", "constant"}:
+            return None
+    start = match.end() - len(match[0].lstrip(" ,;"))
+    return Condition(said.strip(), start, tuple(falling)) if falling else None
+
+
+def _restrict(statements: Sequence[Statement], condition: Condition, text: str) -> list[Statement]:
+    """Return lines, with a condition those that it is stated for.
+
+    That is the one before it, or, where it begins a sentence, all that follow in its line; where
+    it has a line of its own, all in those below.
+    """
+    start = condition.start
+    begins = text[:start].rstrip(" $")[-1:] in ("", "\n", ".", ";", ":")
+    end = text.find("\n", start)
+    follow = [line for line in statements if line.start > start]
+    in_line = [line for line in follow if end < 0 or line.start < end]
+    before = [line for line in statements if line.start < start][-1:]
+    of = (in_line or follow) if begins or not before else before
+    return [
+        replace(line, conditions=(*line.conditions, condition)) if line in of else line
+        for line in statements
+    ]
 
 
 _MOST_ELIMINATED = 6

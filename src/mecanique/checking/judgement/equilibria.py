@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.checking.budget import stop_clock
+from mecanique.checking.grammar.conditions import IF, Condition
 from mecanique.checking.grammar.reader import Statement, name_values
 from mecanique.checking.grammar.tape import FormulaTape, Rows, find_rounding, find_sign_changes
 from mecanique.checking.grammar.tree import Node, add, negate
@@ -225,16 +226,20 @@ class Equilibria:
             near[row] = [table[name][best] for name in names]
         return dict(zip(names, near.T, strict=True))
 
-    def is_stable(self, values: Mapping[str, Array]) -> bool | None:
-        """Return whether an equilibrium is stable by its stiffness; None if that does not tell."""
+    def find_stability(self, values: Mapping[str, Array]) -> Array:
+        """Return in which states an equilibrium is stable by its stiffness: 1, -1 where it is not.
+
+        It is 0 where the stiffness does not tell. Shape (n,).
+        """
+        count = len(values[_STATE])
         rows = [
             self._truth.velocities.index(v)
             for x in self.felt
             if (v := f"{x}'") in self._truth.velocities
         ]
         if self.loads or len(rows) < len(self.felt):
-            return None
-        here, size = self._truth.at(values, len(values[_STATE])), [self.size[x] for x in self.felt]
+            return np.zeros(count)
+        here, size = self._truth.at(values, count), [self.size[x] for x in self.felt]
         K = here.slopes([self._forces[row] for row in rows], self.felt) * np.outer(size, size)
         C = here.slopes(self._forces, self._truth.velocities)
         stiff = np.abs(K).max(axis=(1, 2), initial=1e-300)
@@ -242,11 +247,10 @@ class Equilibria:
             np.abs(A - A.transpose(0, 2, 1)).max(initial=0.0) for A in (K / stiff[:, None, None], C)
         ]
         least = np.linalg.eigvalsh(K).min(axis=1, initial=np.inf) / stiff
-        if turned[0] < _ZERO and (least > _ISOLATED).all():
-            return True
+        stable = (least > _ISOLATED) & (turned[0] < _ZERO)
         # gyroscopic terms may hold what is not stiff
-        falls = max(turned) < _ZERO and (least < -_ISOLATED).all()
-        return False if falls else None
+        falls = (least < -_ISOLATED) & (max(turned) < _ZERO)
+        return np.asarray(1.0 * stable - 1.0 * falls)
 
     @cached_property
     def all(self) -> dict[int, Array] | None:
@@ -416,9 +420,16 @@ class Position:
     fault: str  # why it is no position, or empty
     values: dict[str, Array]  # the letters there, each shape (n,)
     given: Collection[str] = ()  # the coordinates that are named
+    limits: tuple[Condition, ...] = ()  # on parameters, under which it is said to be one
+    outside: Position | None = None  # the same in states in which the limits do not hold
     rounding: str = ""  # the rounded number in it
     # which of the true positions of a state it is, shape (k, positions)
     says: Array = field(default_factory=lambda: np.ones((1, 1)))
+
+    @property
+    def conditions(self) -> tuple[Condition, ...]:
+        """The conditions on parameters in its lines."""
+        return tuple(condition for line in self.statements for condition in line.conditions)
 
 
 def judge_positions(
@@ -435,8 +446,9 @@ def judge_positions(
         for numbers in product(_WHOLE, repeat=len(whole)):
             counted = dict(zip(whole, numbers, strict=True))
             position = _move(equilibria, group, text, counted)
+            position = _look_outside(position, equilibria, text, counted)
             positions.append(_round(position, equilibria, text) if position.worst else position)
-    positions = _judge_stability(positions, equilibria, text)
+    positions = _judge_limits(_judge_stability(positions, equilibria, text), equilibria)
     with stop_clock():
         known = equilibria.all or {}
     missing: dict[str, None] = {}
@@ -465,12 +477,12 @@ def judge_positions(
 _STABILITY = re.compile(
     r"(?<![A-Za-z])(?P<all>(?:both|all|alle|beide)(?: (?:are|sind))? )?"
     r"(?:(?P<other>un|in|not |nicht )?stab(?:le|il)|(?P<falls>labil))(?![a-z])"
-    r"(?! (?:only |nur )?(?:if|when|for|falls|wenn|für|si|pour|where|provided)\b)"
     r"(?! (?:sinon|sonst|otherwise|else)\b)",
     re.IGNORECASE,
 )
-"""What is said of the stability of an equilibrium, under no condition."""
+"""What is said of the stability of an equilibrium."""
 
+_LIMITED = re.compile(rf" (?:(?:only|nur) )?{IF}")
 _CLAUSE_ENDS = re.compile(r"[,;.)\n]|\b(?:and|or|und|oder|et|y|while|whereas)\b")
 
 
@@ -484,11 +496,82 @@ def _judge_stability(positions: list[Position], known: Equilibria, text: str) ->
         if about < 0 or _CLAUSE_ENDS.search(text, said.end(), about):
             about = max((start for start in starts if start < said.start()), default=-1)
         for k, position in enumerate(positions):
-            named = said["all"] or about in [line.start for line in position.statements]
-            stable = known.is_stable(position.values) if named and not position.worst else None
-            if stable is not None and stable == bool(said["other"] or said["falls"]):
-                fault = "it is stable" if stable else "it is not stable"
-                judged[k] = replace(judged[k], fault=judged[k].fault or fault)
+            if position.worst or not (
+                said["all"] or about in [x.start for x in position.statements]
+            ):
+                continue
+            condition = next((c for c in position.conditions if _follows(c, said, text)), None)
+            if condition is None and _LIMITED.match(text, said.end()):
+                continue  # a condition that is none on parameters
+            states = known.find_stability(position.values)
+            claim = -1 if said["other"] or said["falls"] else 1
+            fault = _find_unstable(states, claim, condition, position.values)
+            judged[k] = replace(judged[k], fault=judged[k].fault or fault)
+    return judged
+
+
+def _follows(condition: Condition, said: re.Match[str], text: str) -> bool:
+    """Whether a condition is one of what is said of the stability."""
+    return said.end() <= condition.start and not text[said.end() : condition.start].strip(" ,;(")
+
+
+def _find_unstable(
+    states: Array, claim: int, condition: Condition | None, values: Mapping[str, Array]
+) -> str:
+    """Return what contradicts a claim of stability, 1, or instability, −1, "" if nothing does."""
+    words = {1: "it is stable", -1: "it is not stable", 0: ""}
+    if condition is None:
+        return words[-claim] if len(states) and (states == -claim).all() else ""
+    holds = condition.holds(values, len(states))
+    if (states[holds] == -claim).any():
+        return f"{words[-claim]} where {condition.said}"
+    if (states[~holds] == claim).any():
+        return f"{words[claim]} not only where {condition.said}"
+    return ""
+
+
+def _look_outside(
+    position: Position, known: Equilibria, text: str, counted: Mapping[str, float]
+) -> Position:
+    """Return a position with the same one in states in which its conditions do not hold."""
+    limits = [c for c in position.conditions if not _is_of_stability(c, text)]
+    if not limits:
+        return position
+    lines = position.statements
+    holds = [c.holds(known.at_zero, len(known.at_zero[_STATE])) for c in limits]
+    inside = np.logical_and.reduce(holds)
+    if not inside.any():
+        raise FormulaError(
+            f"the condition {limits[0].said!r} holds in none of the random states",
+            text,
+            lines[0].start,
+        )
+    try:
+        outside = _move(known, lines, text, counted, ~inside) if not inside.all() else None
+    except FormulaError:
+        outside = None  # it has no value there
+    try:
+        limited = _move(known, lines, text, counted, inside)
+    except FormulaError:
+        return replace(position, fault=f"there is none where {limits[0].said}")
+    return replace(limited, limits=tuple(limits), outside=outside)
+
+
+def _is_of_stability(condition: Condition, text: str) -> bool:
+    return any(_follows(condition, said, text) for said in _STABILITY.finditer(text))
+
+
+def _judge_limits(positions: list[Position], known: Equilibria) -> list[Position]:
+    """Return the positions, those with the fault that are equilibria outside their limits, too."""
+    judged = list[Position]()
+    for position in positions:
+        outside, fault = position.outside, ""
+        if outside is not None and not outside.worst:
+            for k, state in enumerate(outside.values[_STATE]):
+                there = np.array([[outside.values[name][k] for name in known.felt]])
+                if not known.cover(positions, there, int(state)).any():
+                    fault = f"it is an equilibrium not only where {position.limits[0].said}"
+        judged.append(replace(position, fault=position.fault or fault))
     return judged
 
 
@@ -539,10 +622,14 @@ def _unknowns(statement: Statement, known: Equilibria) -> set[str]:
 
 
 def _move(
-    known: Equilibria, statements: Sequence[Statement], text: str, counted: Mapping[str, float]
+    known: Equilibria,
+    statements: Sequence[Statement],
+    text: str,
+    counted: Mapping[str, float],
+    states: npt.NDArray[np.bool_] | slice = slice(None),
 ) -> Position:
     """Return the position that some lines give; coordinates that nothing feels are zero."""
-    values = dict(known.at_zero)
+    values = {name: value[states] for name, value in known.at_zero.items()}
     given = set[str]()
     values |= {name: np.full(len(values[_STATE]), number) for name, number in counted.items()}
     fault = ""

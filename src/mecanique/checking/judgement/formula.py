@@ -153,7 +153,7 @@ def _judge_value(
             roots, free = [values, *others], quantity.again is not None
             signed = quantity.name in ENERGIES
             fault = _find_emptiness(best, letters, roots, places, open_constant=free, signed=signed)
-            judged = replace(judged, fault=fault)
+            judged = replace(judged, fault=fault or _find_limit(best))
         if several:
             judged = replace(judged, says=np.eye(len(cases))[covers][:, needed])
         elif by_letter:
@@ -310,6 +310,18 @@ def _find_emptiness(
         start = 0
     if (table[start:].min(axis=0) * table[start:].max(axis=0) < 0).any():
         return "it holds for other values, too"
+    return ""
+
+
+def _find_limit(residual: Residual) -> str:
+    """Return why the conditions under which a formula is said to hold are wrong, "" if none is."""
+    sample, known = residual.sample, np.isfinite(residual.values.whole)
+    for condition in residual.statement.conditions:
+        holds = condition.holds(sample.values, sample.count)
+        if not (holds & known).any():
+            return f"there is none where {condition.said}"
+        if (known & ~holds).any():
+            return f"it holds not only where {condition.said}"
     return ""
 
 
@@ -610,7 +622,7 @@ def _judge_steady(
             mixed = _residual(statement, truth, {}, "", text, case)
             if mixed.holds and mixed.finite.any():
                 best, covered, covers = mixed, [case], nearest[mixed.finite][:1]
-        fault = _find_emptiness(best, [name], covered) if covered else ""
+        fault = (_find_emptiness(best, [name], covered) or _find_limit(best)) if covered else ""
         says = np.eye(2)[covers] if several else np.ones((len(covers), 1))
         all_judged.append(replace(_judge_residual(best), fault=fault, says=says))
     if all_judged[0].says.shape[1] - count_independent(all_judged) == 1 and any(
