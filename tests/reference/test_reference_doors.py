@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.errors import DerivationError, EngineError, InputError
+from mecanique.errors import DerivationError, EngineError, InputError, UnknownNameError
 
 HUGE = 10**400
 LINKAGE = mq.textbook.load("four_bar_linkage")

@@ -134,8 +134,8 @@ _ITEM = re.compile(r"(?<![^\s,;])\((?:i{1,3}|iv|[a-d1-9])\)(?=\s)")
 
 
 _EVERY = re.compile(
-    r"\s*(?:every|each|all|jeder|alle)(?: of the| the)? (?:angles?|Winkel)(?: \S{1,8})? (?:is|are|ist|sind)"
-    r"(?: either| equal to)? (?P<values>[^\n=;]+?)[\s.]*",
+    r"\s*(?:every|each|all|jeder|alle)(?: of the| the)? (?:angles?|Winkel)(?: \S{1,8})?"
+    r" (?:is|are|ist|sind)(?: either| equal to)? (?P<values>[^\n=;]+?)[\s.]*",
     re.IGNORECASE,
 )
 """What is said of every coordinate."""
