@@ -169,8 +169,12 @@ ORDER: dict[str, list[str]] = {
     "verification.causes": ["evidence", "joints links", "search"],
     "verification.chapter": ["row", "examples sections"],
     "checking": ["budget", "grammar", "judgement", "verdict", "conventions mistakes", "check"],
-    "checking.grammar": ["tree", "letters tape mathml tables states", "scanner", "reader"],
-    "checking.judgement": ["truth", "equilibria motion proof release", "quantities", "formula"],
+    "checking.grammar": [
+        *("tree", "letters tape mathml tables states", "scanner conditions", "reader"),
+    ],
+    "checking.judgement": [
+        *("truth", "equilibria motion proof release", "steady", "quantities", "formula"),
+    ],
     "checking.mistakes": ["units", "hypotheses", "of_quantities", "search"],
     "teaching": [
         "answers marks question",

@@ -375,7 +375,7 @@ _FIRST_MARK, _MARK = 0xE000, r"[\ue000-\uf8ff]"
 """Signs that have no meaning of their own, and stand for conditions."""
 
 _STABILITY = re.compile(
-    r"[ ,:]*(?:\((?:is |are )?|\b(?:is |are )?)(?:un|in|not )?(?:stable|stabil|labil)\b"
+    r"(?<![ ,:])[ ,:]*(?:\((?:is |are )?|\b(?:is |are )?)(?:un|in|not )?(?:stable|stabil|labil)\b"
     rf"{_MARK}*\)?"
 )
 """What is said of the stability of a position."""

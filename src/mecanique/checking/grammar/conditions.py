@@ -21,13 +21,13 @@ IF = r"(?:if|when|for|provided(?: that)?|where|with|falls|wenn|für|mit|si|pour|
 _RELATION = re.compile(r"(?<![-=])>=?|<=?|[≥⩾≤⩽]|\\(?P<way>[lg])(?:t|eq?|eqslant)(?![a-z])")
 # up to the end of a clause; a point or a comma may belong to a number
 _CLAUSE = (
-    r"(?:(?!\b(?:and|or|und|oder|et|ou|otherwise|else|sonst|sinon|then|dann|alors)\b)"
+    r"(?:(?!\b(?:and|or|und|oder|et|ou|also|auch|aussi|otherwise|else|sonst|sinon|then|dann|alors)\b)"
     r"(?:[^\n;:=().,]|[.,](?=\d)|\([^()\n]*\)))*"
 )
 _RELATED = re.sub(r"\?P<way>", "?:", _RELATION.pattern)
 _SIDE = r"(?:[^()=\n<>≤≥]|\([^()\n]*\)){1,60}"
 CONDITION = re.compile(
-    rf"[ ,;]*(?:\\(?:text|mathrm|mbox)\s?\{{\s?)?\b(?:(?:only|nur) )?{IF}(?:\s?\}})?"
+    rf"(?<![ ,;])[ ,;]*(?:\\(?:text|mathrm|mbox)\s?\{{\s?)?\b(?:(?:only|nur) )?{IF}(?:\s?\}})?"
     rf"(?P<said>(?:[^=\n;:<>≤≥()]|\([^()\n]*\)){{0,99}}?(?:{_RELATED}){_CLAUSE})"
     rf"|\((?![^()\n]{{0,60}}\b{IF})(?P<alone>{_SIDE}(?:{_RELATED}){_SIDE})\)",
     re.IGNORECASE,

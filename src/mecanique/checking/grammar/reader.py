@@ -440,6 +440,10 @@ def _read_condition(match: re.Match[str], letters: KnownLetters) -> Condition | 
     return Condition(said.strip(), start, tuple(falling)) if falling else None
 
 
+_BEGINS = re.compile(r"(?:^|[\n.;:]|\b(?:and|und|et|y),?)[ $,]*$")
+"""What stands before a condition with which a sentence or a part of one begins."""
+
+
 def _restrict(statements: Sequence[Statement], condition: Condition, text: str) -> list[Statement]:
     """Return lines, with a condition those that it is stated for.
 
@@ -447,7 +451,7 @@ def _restrict(statements: Sequence[Statement], condition: Condition, text: str) 
     it has a line of its own, all in those below.
     """
     start = condition.start
-    begins = text[:start].rstrip(" $")[-1:] in ("", "\n", ".", ";", ":")
+    begins = _BEGINS.search(text[max(0, start - 9) : start]) is not None
     end = text.find("\n", start)
     follow = [line for line in statements if line.start > start]
     in_line = [line for line in follow if end < 0 or line.start < end]
