@@ -318,7 +318,7 @@ class _Asked:
                 if position and equilibria.loads:
                     first = np.array([position[name][0] for name in equilibria.felt])
                     notes = [f"about the equilibrium {equilibria.name(first, 0)}"]
-        M, C, K, _ = linear_matrices(self._truth, position, turning)
+        M, C, K = linear_matrices(self._truth, position, turning)[:3]
         gyroscopic, slips = (C - C.transpose(0, 2, 1)) / 2, []
         if name in ("frequency", "period") and np.abs(C - gyroscopic).max(initial=0.0) > 1e-12:
             raise InputError(
