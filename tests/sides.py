@@ -13,6 +13,7 @@ __all__ = [
     "TABLE",
     "make_ball",
     "make_block",
+    "make_braked",
     "make_buffer",
     "make_corner",
     "make_rack",
@@ -55,6 +56,24 @@ def make_block(width: float, height: float, mu: float) -> mq.Mechanism:
     """Return a block of 1 kg on a table."""
     return move_in_plane(
         mq.box(1.0, (width, width, height)), *_support("body", (width, height), mu)
+    )
+
+
+def make_braked() -> mq.Mechanism:
+    """Return a block at a wall, with a brake of 0.8 N, 1 N at rest, and a weight on a spring."""
+    block = mq.Body("block", mq.box(1.0, (0.1, 0.1, 0.1)))
+    weight = mq.Body("weight", mq.particle(1.0))
+    slide = mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x")
+    line = mq.Prismatic("line", "block", "weight", axis=(1, 0, 0), coordinate="y")
+    return mq.Mechanism(
+        "braked",
+        (mq.Body("ground"), block, weight),
+        (slide, line),
+        forces=(mq.JointSpring("spring", "line", 10.0),),
+        switching=(
+            mq.Friction("brake", "slide", 0.8, 1.0, mu_static=1.0),
+            mq.Stop("wall", "slide", 0.0, restitution=0.0),
+        ),
     )
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sides import CORNER, make_buffer, make_corner, make_rod, make_sled
+from sides import CORNER, make_braked, make_buffer, make_corner, make_rod, make_sled
 
 import mecanique as mq
 from mecanique.generation import dop853
@@ -319,6 +319,29 @@ def test_a_model_ends_bounces_while_another_contact_is_held(mu: float, tmp_path:
     if mu == 0:
         rests = found["time"][found["state[wall]"] == 1][0]
         assert rests == pytest.approx(3 * first, rel=0, abs=0.0005)
+
+
+def test_in_a_model_a_wall_bears_what_a_spent_brake_cannot(tmp_path: Path) -> None:
+    """The block stays until the spring pulls it off by 1 N, at sin(√10 t) = −1/3."""
+    braked, v = make_braked(), {"y": 0.3 * np.sqrt(10)}
+    path = mq.generate(mq.derive_modes(braked), "fmu", v=v, samples=4).write(tmp_path)[0]
+    motion = mq.simulate(braked, v=v, duration=3.0, rtol=1e-12)
+    for kind, most in (("CoSimulation", 1e-11), ("ModelExchange", 1e-7)):
+        found = fmpy.simulate_fmu(
+            str(path),
+            fmi_type=kind,
+            stop_time=3.0,
+            output_interval=0.05,
+            relative_tolerance=1e-10,
+        )
+        exact = motion(np.minimum(found["time"], 3.0)).q
+        states = np.array([found["x"], found["y"]]).T
+        np.testing.assert_allclose(states, exact, rtol=0, atol=most)
+        off = (np.pi + np.arcsin(1 / 3)) / np.sqrt(10)
+        before, at_wall = found["time"] < off - 0.01, found["state[wall]"]
+        assert not found["x"][before].any()
+        assert {*at_wall[before & (found["time"] > 0.11)]} == {1}
+        assert {*at_wall[found["time"] > off + 0.06]} == {0}
 
 
 def test_a_model_leaves_an_elastic_stop(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from sides import (
     CORNER,
     make_ball,
     make_block,
+    make_braked,
     make_buffer,
     make_corner,
     make_rod,
@@ -187,6 +188,21 @@ SIDES: dict[str, tuple[mq.Mechanism, dict[str, float], dict[str, float], float]]
     # 0.1 mm deep, within one step
     "dome": (replace(DOME, gravity=(0, 0, 0)), {"x": -0.23, "z": 1.0999}, {"x": 1.0}, 0.4),
 }
+
+
+@needs_node
+def test_a_page_lets_a_wall_bear_what_a_spent_brake_cannot(tmp_path: Path) -> None:
+    """The weight swings as 0.3 sin(√10 t) until it pulls the block off by 1 N again."""
+    motion = mq.simulate(make_braked(), v={"y": 0.3 * math.sqrt(10)}, duration=3.0, rtol=1e-12)
+    times = [0.5, 1.0, 1.5, 2.0, 2.4, 2.6, 2.9, 3.0]
+    task = {"engine": asdict(engine_of(motion)), "rtol": 1e-11, "times": times}
+    (computed,) = run([task], tmp_path)
+    assert computed["stopped"] == ""
+    states = np.array(computed["states"])
+    still = [[0.0, 0.3 * math.sin(math.sqrt(10) * t)] for t in times[:2]]
+    np.testing.assert_allclose(states[:2, :2], still, rtol=0, atol=1e-11)
+    known = motion(times)
+    np.testing.assert_allclose(states[:, :4], np.hstack([known.q, known.v]), rtol=0, atol=1e-9)
 
 
 @needs_node

@@ -159,6 +159,7 @@ class PageCorners:
         return functions, PageModes(
             elements=listed,
             modes=tuple(map(_name, modes)),
+            kept=tuple(tuple(k for k, s in enumerate(mode) if _is_kept(s)) for mode in modes),
             strikes=tuple(map(_name, strikes)),
             expansions=tuple(map(_name, expansions)),
             positional=tuple(self._corners.rows.positional.tolist()),

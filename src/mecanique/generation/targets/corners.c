@@ -319,10 +319,15 @@ static bool is_within(const Terms *k, int e)
     return struck[e] && k->gap[normal[e]] < -CLOSED_GAP * LENGTH;
 }
 
+static double state_of(double mode)
+{
+    return mode > BACKWARD ? HELD : mode;
+}
+
 static void give_states(double t, const double *y, const double *p, double *out)
 {
     (void)t; (void)y;
-    for (int e = 0; e < ELEMENTS; e++) out[e] = p[MODE + e] > BACKWARD ? HELD : p[MODE + e];
+    for (int e = 0; e < ELEMENTS; e++) out[e] = state_of(p[MODE + e]);
 }
 
 /* on the rows that are held ------------------------------------------------------------------- */
@@ -478,6 +483,27 @@ static bool is_same(const double *a, const double *b, const double *free, double
     return apart <= SAME_ANSWER * (size + most) + still;
 }
 
+/* Return the least of what presses and of the reserves of static friction. */
+static double find_least(const Terms *k, const Drive *drive, const Solved *solved)
+{
+    double left[2 * ELEMENTS], least = HUGE_VAL;
+    find_left(drive, solved, k->gap, k->rate, left);
+    for (int e = 0; e < ELEMENTS; e++) {
+        const double state = solved->mode[e];
+        if (struck[e] && state != OPEN_ELEMENT) least = fmin(least, left[2 * e]);
+        if (tangent[e] >= 0 && state == HELD) least = fmin(least, left[2 * e + 1]);
+    }
+    return least;
+}
+
+/* Return whether a rival is another share of the same forces, which leaves more. */
+static bool shares_better(const Terms *k, const Drive *drive, const Solved *solved, const Solved *rival)
+{
+    for (int e = 0; e < ELEMENTS; e++)
+        if (state_of(solved->mode[e]) != state_of(rival->mode[e])) return false;
+    return find_least(k, drive, rival) > find_least(k, drive, solved);
+}
+
 /* Return whether a rival leaves a mode out: what can stick sticks, and latches keep closed. */
 static bool yields_to(const Terms *k, const Solved *solved, const Solved *rival)
 {
@@ -495,11 +521,34 @@ static bool yields_to(const Terms *k, const Solved *solved, const Solved *rival)
 }
 
 /*
+ * Leave out modes in which an element sticks that has spent its static friction, bit by bit, unless
+ * others take some of it; return how many are left. If there is none that goes on, all are.
+ */
+static int leave_spent(const Terms *k, const Drive *drive, int spent, int number, Solved *sound)
+{
+    double load = 0.0;
+    int lasting = 0;
+    for (int i = 0; i < NV; i++) load = fmax(load, fabs(k->load[i]));
+    for (int i = 0; spent && i < number; i++) {
+        bool goes_on = find_least(k, drive, sound + i) > SLACK * load;
+        int sticking = 0;
+        for (int e = 0; e < ELEMENTS; e++)
+            sticking |= (tangent[e] >= 0 && state_of(sound[i].mode[e]) == HELD) << e;
+        if (goes_on || !(sticking & spent)) {
+            const Solved kept = sound[lasting];
+            sound[lasting++] = sound[i];
+            sound[i] = kept;
+        }
+    }
+    return lasting ? lasting : number;
+}
+
+/*
  * Find every mode of the states allowed of each element, bit by bit, whose conditions are met; return
  * how many have different solutions.
  */
 static int solve_all(const Terms *k, const Drive *drive, const int *allowed, const bool *near,
-                     const bool *beginning, double still, Solved *kept)
+                     const bool *beginning, int spent, double still, Solved *kept)
 {
     Solved sound[MOST_FOLLOWING];
     double mode[ELEMENTS], free[NV];
@@ -518,14 +567,18 @@ static int solve_all(const Terms *k, const Drive *drive, const int *allowed, con
             && is_sound(k, drive, sound + number, near, beginning, still))
             number++;
     }
+    number = leave_spent(k, drive, spent, number, sound);
     memcpy(free, drive->load, sizeof free);
     by_mass(k, 1, free);
     for (int i = 0; i < number; i++) {
         bool wanted = true;
         for (int j = 0; j < number && !drive->impact; j++)
             wanted = wanted && !(j != i && yields_to(k, sound + i, sound + j));
-        for (int j = 0; j < count; j++)
-            wanted = wanted && !is_same(sound[i].a, kept[j].a, free, drive->impact ? still : 0.0);
+        for (int j = 0; j < count && wanted; j++) {
+            if (!is_same(sound[i].a, kept[j].a, free, drive->impact ? still : 0.0)) continue;
+            if (shares_better(k, drive, kept + j, sound + i)) kept[j] = sound[i];
+            wanted = false;
+        }
         if (wanted) kept[count++] = sound[i];
     }
     return count;
@@ -587,7 +640,7 @@ static int strike(double t, double *y, const double *p, const bool *near, double
         for (int e = 0; phase && e < ELEMENTS; e++)
             if (near[e]) allowed[e] -= 1 << OPEN_ELEMENT;
         const Drive drive = phase ? expand(&k, kept) : bounce(&k);
-        const int count = solve_all(&k, &drive, allowed, near, near, still, kept);
+        const int count = solve_all(&k, &drive, allowed, near, near, 0, still, kept);
         if (count != 1) return count;
         for (int i = 0; i < NV; i++) y[NQ + i] += kept[0].a[i];
         for (int e = 0; phase && e < ELEMENTS; e++) {
@@ -622,8 +675,8 @@ static int impact(double t, double *y, const double *p, const bool *touching, do
 }
 
 /* Find the modes that follow in a state; return how many there are. */
-static int find_next(const Terms *k, const bool *touching, const int *forbidden, double still,
-                     Solved *kept)
+static int find_next(const Terms *k, const bool *touching, const int *forbidden, int spent,
+                     double still, Solved *kept)
 {
     bool near[ELEMENTS], beginning[ELEMENTS];
     int allowed[ELEMENTS];
@@ -634,7 +687,7 @@ static int find_next(const Terms *k, const bool *touching, const int *forbidden,
         beginning[e] = rub < 0 || fabs(k->rate[rub]) <= still;
     }
     const Drive drive = accelerate(k);
-    return solve_all(k, &drive, allowed, near, beginning, 0.0, kept);
+    return solve_all(k, &drive, allowed, near, beginning, spent, 0.0, kept);
 }
 
 /*
@@ -663,10 +716,11 @@ static bool rest(const Terms *k, double *y, const bool *touching, double still, 
 
 /*
  * Resolve impacts, then choose the mode that follows; return whether there is one, and say why not.
- * `forbidden` has the states of each element that end here, bit by bit; `early` is the tolerance by
+ * `forbidden` has the states of each element that end here, bit by bit; `spent`
+ * those whose static friction is spent; `early` is the tolerance by
  * which an importing tool found the corner, zero if it is found here.
  */
-static bool change(double t, double *y, double *p, bool *touching, const int *forbidden,
+static bool change(double t, double *y, double *p, bool *touching, const int *forbidden, int spent,
                    double early, char *words)
 {
     Terms k;
@@ -694,13 +748,13 @@ static bool change(double t, double *y, double *p, bool *touching, const int *fo
         know(t, y, p, &k);
         still = still_speed(&k, before);
     }
-    int count = find_next(&k, touching, forbidden, still, kept);
+    int count = find_next(&k, touching, forbidden, spent, still, kept);
     if (strikes && count == 1 && rest(&k, y, touching, still, lowest, kept)) {
         know(t, y, p, &k);
-        count = find_next(&k, touching, forbidden, still, kept);
+        count = find_next(&k, touching, forbidden, spent, still, kept);
     }
     /* an importing tool finds the corner a little early as well: the mode goes on for now */
-    if (count == 0 && early > 0.0) count = find_next(&k, touching, none, still, kept);
+    if (count == 0 && early > 0.0) count = find_next(&k, touching, none, 0, still, kept);
     if (count != 1) {
         snprintf(words, SENTENCE, "%d modes that rigid bodies determine follow at t = %.9g s, where "
                  "one is expected (Painleve)", count, t);
@@ -726,7 +780,7 @@ static bool begin(double t, double *y, double *p, double early, char *words)
         touching[e] = elastic[e] ? k.gap[normal[e]] < 0.0 : is_touching(&k, e, OPEN_ELEMENT);
         p[MODE + e] = normal[e] >= 0 ? OPEN_ELEMENT : HELD;
     }
-    return change(t, y, p, touching, none, early, words);
+    return change(t, y, p, touching, none, 0, early, words);
 }
 
 /* Switch where margin j of a state has passed zero. */
@@ -754,9 +808,14 @@ static bool switch_at(double t, double *y, double *p, int j, double early, char 
         return false;
     }
     if (which == 0) touching[e] = state == OPEN_ELEMENT || (struck[e] && is_inside(&k, e));
-    if (which == 1 && state == HELD) forbidden[e] = 1 << HELD;
-    if (which == 0 && state != OPEN_ELEMENT && touching[e]) forbidden[e] = ~(1 << OPEN_ELEMENT);
-    return change(t, y, p, touching, forbidden, early, words);
+    int spent = which == 1 && state == HELD ? 1 << e : 0;
+    if (spent) forbidden[e] = 1 << HELD;
+    if (which == 0 && state != OPEN_ELEMENT && touching[e]) {
+        for (int i = 0; i < ELEMENTS; i++)
+            if (p[MODE + i] > BACKWARD) spent |= 1 << i, forbidden[i] = 1 << (int)p[MODE + i];
+        if (!spent) forbidden[e] = ~(1 << OPEN_ELEMENT);
+    }
+    return change(t, y, p, touching, forbidden, spent, early, words);
 }
 
 /* in co-simulation ---------------------------------------------------------------------------- */

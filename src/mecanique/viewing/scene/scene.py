@@ -166,6 +166,7 @@ class PageModes:
 
     elements: tuple[PageElement, ...]
     modes: tuple[tuple[str, ...], ...]
+    kept: tuple[tuple[int, ...], ...]  # which elements of a mode use all of their static friction
     strikes: tuple[tuple[str, ...], ...]
     expansions: tuple[tuple[str, ...], ...]  # of Poisson's law, after the strike
     positional: tuple[bool, ...]  # whether a row is the rate of a gap

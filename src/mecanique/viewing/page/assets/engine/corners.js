@@ -32,6 +32,7 @@ export class Corners {
     this.struck = new Float64Array(nv + 5 * this.count + 1);
     this.state = y.slice();
     Object.assign(this, { times: [], sequence: [], impacts: [], atOnce: 0, held: new Map() });
+    this.ended = new Set(); // modes that end at this instant, though each state of theirs may go on
     const words = this.begin(span[0], y);
     if (words) throw new Error(`There is no motion with these values, ${words}.`);
     this.bounds = machine.bounded ? new Bounds(machine, p, span, y) : null;
@@ -200,7 +201,7 @@ export class Corners {
   strike({ bound, j, t }, y) {
     if (bound) return this.bounds.strike(bound, y) || this.begin(t, y);
     const [k, which] = [j >> 1, j & 1];
-    this.atOnce = this.times[this.times.length - 1] === t ? this.atOnce + 1 : 0;
+    this.countAtOnce(t);
     const element = this.elements[k];
     if (this.atOnce > MOST_AT_ONCE) return `where ${element.name} switches without end`;
     const states = this.modes[this.present];
@@ -213,11 +214,35 @@ export class Corners {
     if (which === 1 && state !== STICKS)
       this.project(t, y, this.rowsHeld(states.map((s, i) => (i === k ? STICKS : s))));
     if (which === 0) touching[k] = state === OPEN || (element.struck && this.isInside(k, now));
-    return this.change(t, y, touching, this.forbid(k, which, state, now));
+    const spent = this.listSpent(k, which, touching);
+    return this.change(t, y, touching, this.forbid(k, which, now, spent), spent);
   }
 
-  // The states of an element that end where its margin passes zero.
-  forbid(k, which, state, now) {
+  countAtOnce(t) {
+    this.atOnce = this.times[this.times.length - 1] === t ? this.atOnce + 1 : 0;
+    if (!this.atOnce) this.ended.clear();
+  }
+
+  // What sticks and has spent its static friction where a margin passes zero, of which others may take
+  // some: what touches and is open, or what shares the forces of a mode.
+  listSpent(k, which, touching) {
+    const states = this.modes[this.present];
+    const sticking = [...states.keys()].filter((i) => states[i] === STICKS);
+    if (which === 1) {
+      const takes = touching.some((near, i) => near && !isHeld(states[i]));
+      return takes || this.kept[this.present].length ? sticking.filter((i) => i === k) : [];
+    }
+    return isHeld(states[k]) && touching[k] ? this.kept[this.present] : [];
+  }
+
+  // The states of an element that end where its margin passes zero; if others take some of what is
+  // spent, only the mode as a whole does.
+  forbid(k, which, now, spent) {
+    const state = this.modes[this.present][k];
+    if (spent.length) {
+      this.ended.add(this.present);
+      return new Set();
+    }
     if (which === 1) return new Set(state === STICKS ? [`${k} ${STICKS}`] : []);
     if (state === OPEN || !this.elements[k].struck || !this.isInside(k, now)) return new Set();
     return new Set(this.modes.filter((mode) => isHeld(mode[k])).map((mode) => `${k} ${mode[k]}`));
@@ -274,7 +299,7 @@ export class Corners {
   }
 
   // Impacts, if contacts approach, then the mode that follows; in words, if there is none.
-  change(t, y, touching, forbidden) {
+  change(t, y, touching, forbidden, spent = []) {
     const { nq, nv } = this.machine;
     let now = this.read(t, y);
     let still = this.stillSpeed(now, y);
@@ -285,12 +310,13 @@ export class Corners {
       const before = y.slice();
       const words = this.impact(t, y, touching, approaching, still);
       if (words) return words;
+      this.ended.clear();
       this.impacts.push(...approaching.map((k) => [this.elements[k].name, t]));
       now = this.read(t, y);
       for (let i = nq; i < nq + nv; i++) before[i] = Math.max(Math.abs(before[i]), Math.abs(y[i]));
       still = this.stillSpeed(now, before);
     }
-    const follow = () => this.follow(t, y, { ...now, touching, still }, forbidden);
+    const follow = () => this.follow(t, y, { ...now, touching, still }, forbidden, spent);
     let next = follow();
     if (approaching.length && this.rest(t, y, next, { ...now, touching, still })) {
       // the energy of the bounces left out is lost by the last one
@@ -326,8 +352,7 @@ export class Corners {
 
   // Whether what a mode or an impact presupposes is so, by its numbers: of elements that are near and
   // open the gap must not shrink, of those whose slip begins it must grow.
-  isSound(states, numbers, { near, beginning, still }) {
-    const { SLACK: slack } = this.tolerances;
+  isSound(states, numbers, { near, beginning, still }, slack = this.tolerances.SLACK) {
     const sizes = 2 * this.count;
     const pull = slack * numbers.slice(2 * sizes).reduce((a, b) => a + b, 0);
     return states.every((state, k) => {
@@ -341,6 +366,15 @@ export class Corners {
       if (slips && beginning.has(k) && !(rubs >= -slack * (wide + still))) return false;
       return (normal === null || apart >= -pull) && (state !== STICKS || rubs >= -pull);
     });
+  }
+
+  // The least of what presses and of the reserves of static friction.
+  findLeast(states, numbers) {
+    return states.reduce((least, state, k) => {
+      if (!isHeld(state) || this.isElastic(k)) return least;
+      const [press, reserve] = numbers.subarray(2 * k);
+      return Math.min(least, press, state === STICKS ? reserve : Infinity);
+    }, Infinity);
   }
 
   candidates(k, { gaps, rates, touching, still }) {
@@ -357,8 +391,9 @@ export class Corners {
     return [...apart, STICKS, FORWARD, BACKWARD];
   }
 
-  // The number of the only mode that may follow, or why there is none.
-  follow(t, y, now, forbidden) {
+  // The number of the only mode that may follow, or why there is none. What has spent its static
+  // friction sticks on only where others take some of it.
+  follow(t, y, now, forbidden, spent) {
     const { rates, touching, still } = now;
     const choices = this.elements.map((_, k) =>
       this.candidates(k, now).filter((state) => !forbidden.has(`${k} ${state}`)),
@@ -372,13 +407,17 @@ export class Corners {
     };
     const sound = [];
     this.modes.forEach((states, mode) => {
-      if (!states.every((state, k) => choices[k].includes(state))) return;
+      if (this.ended.has(mode) || !states.every((state, k) => choices[k].includes(state))) return;
       const numbers = this.evaluate(mode, t, y);
       const presupposed = numbers.subarray(this.marginAt + 2 * this.count);
-      if (this.isSound(states, presupposed, instant))
-        sound.push({ mode, states, a: numbers.slice(0, this.machine.nv) });
+      if (!this.isSound(states, presupposed, instant)) return;
+      const lasts = this.isSound(states, presupposed, instant, -this.tolerances.SLACK);
+      const least = this.findLeast(states, presupposed);
+      const goesOn = lasts || spent.every((k) => states[k] !== STICKS);
+      sound.push({ mode, states, goesOn, least, a: numbers.slice(0, this.machine.nv) });
     });
-    const kept = sound.filter((each) => !sound.some((rival) => this.yields(each, rival, now)));
+    const going = sound.some(({ goesOn }) => goesOn) ? sound.filter((each) => each.goesOn) : sound;
+    const kept = going.filter((each) => !going.some((rival) => this.yields(each, rival, now)));
     const distinct = this.distinguish(kept, now.free, 0);
     if (distinct.length === 1) return distinct[0].mode;
     if (!distinct.length)
@@ -402,7 +441,13 @@ export class Corners {
       most(a.map((x, i) => x - b[i])) <=
       this.tolerances.SAME_ANSWER * (Math.max(most(a), most(b)) + most(free)) + still;
     const kept = [];
-    for (const each of solutions) if (!kept.some(({ a }) => isSame(each.a, a))) kept.push(each);
+    for (const each of solutions) {
+      const same = kept.findIndex(({ a }) => isSame(each.a, a));
+      // of shares of the same forces the one that leaves most
+      if (same < 0) kept.push(each);
+      else if (each.least > kept[same].least && `${each.states}` === `${kept[same].states}`)
+        kept[same] = each;
+    }
     return kept;
   }
 
