@@ -53,7 +53,10 @@ from mecanique.verification.states import random_states
 from mecanique.viewing.scene.scene import PageElement, PageModes
 
 MOST_MODES = 64
-"""More modes than this make a long program."""
+"""More modes than this, of those that rigid bodies determine, make a long program."""
+
+MOST_CHOICES = 256
+"""Among more combinations of states it would be long looked for these."""
 
 _STATES = 8
 """Random states in which it is found which modes rigid bodies determine."""
@@ -125,6 +128,10 @@ class PageCorners:
         """Return what the page evaluates, by name, and what it must know of that."""
         modes = [mode for mode in self._modes if self._is_determined(mode, struck=False)]
         strikes = [mode for mode in self._strikes if self._is_determined(mode, struck=True)]
+        if len(modes) > MOST_MODES:
+            raise DerivationError(
+                f"{len(modes)} modes are more than the {MOST_MODES} that a page has"
+            )
         expansions = [
             mode
             for mode in self._expansions
@@ -159,7 +166,7 @@ class PageCorners:
         return functions, PageModes(
             elements=listed,
             modes=tuple(map(_name, modes)),
-            kept=tuple(tuple(k for k, s in enumerate(mode) if _is_kept(s)) for mode in modes),
+            kept=tuple(map(_find_kept, modes)),
             strikes=tuple(map(_name, strikes)),
             expansions=tuple(map(_name, expansions)),
             positional=tuple(self._corners.rows.positional.tolist()),
@@ -169,7 +176,7 @@ class PageCorners:
         )
 
     def _write_rows(self) -> list[Any]:
-        """Gaps, rates and slopes of all rows, M⁻¹ of the load, T, then numbers of each element."""
+        """Gaps, rates, J and M⁻¹Jᵀ of all rows, M⁻¹ of the load, T, numbers of each element."""
         terms = self._equations.driven
         free = self._equations.by_mass(list(terms.load))
         numbers = [
@@ -180,8 +187,10 @@ class PageCorners:
         ]
         of_elements = [x for of_element in zip(*numbers, strict=True) for x in of_element]
         slopes = [slope for row in terms.jacobian for slope in row]
+        steps = [part for row in terms.jacobian for part in self._equations.by_mass(list(row))]
         v = as_scalars(self.letters.v)
-        return [*terms.gaps, *terms.rates, *slopes, *free, 0.5 * (v @ terms.mass @ v), *of_elements]
+        rows = [*terms.gaps, *terms.rates, *slopes, *steps]
+        return [*rows, *free, 0.5 * (v @ terms.mass @ v), *of_elements]
 
     def _write_mode(self, mode: Mode) -> list[Any]:
         """Accelerations, forces as the page's inputs, heat, margins and what is presupposed."""
@@ -302,7 +311,7 @@ class PageCorners:
         for span in motion.modes:
             named = tuple(span.states[element.name] for element in self.elements)
             for mode, written in zip(modes, values, strict=True):
-                if _name(mode) != named or any(map(_is_kept, mode)):
+                if _name(mode) != named or _find_kept(mode):
                     continue
                 t = (span.begin + span.end) / 2
                 at = motion(t)
@@ -337,6 +346,11 @@ def _combine_sticking(elements: Sequence[ElementRows]) -> Iterator[Mode]:
     yield from product(*choices)
 
 
+def _find_kept(mode: Mode) -> tuple[int, ...]:
+    """Return the elements that use all of their static friction."""
+    return tuple(k for k, state in enumerate(mode) if _is_kept(state))
+
+
 def _is_kept(state: ElementState) -> bool:
     return state.name == STICKS and bool(state.direction)
 
@@ -365,8 +379,8 @@ def _refuse(corners: Corners) -> None:
     if corners.rows.permanent:
         raise DerivationError("a page does not switch elements beside loops and rolling")
     count = prod(len(element.states) for element in corners.elements)
-    if count > MOST_MODES:
-        raise DerivationError(f"{count} modes are more than the {MOST_MODES} that a page has")
+    if count > MOST_CHOICES:
+        raise DerivationError(f"{count} modes are more than a page looks through, {MOST_CHOICES}")
     for element in corners.elements:
         if len(element.tangents) > 1:
             raise DerivationError(f"{element.name!r} slips in space, whose direction is sought")

@@ -277,7 +277,7 @@ def _sizes(scene: Scene) -> list[float]:
     return [largest[key] for key in keys]
 
 
-MOST_LETTERS = 400_000
+MOST_LETTERS = 800_000
 """Longest program that a page takes along [characters]; compressed it is a fifth of that."""
 
 MOST_VELOCITIES = 12

@@ -22,7 +22,7 @@ export class Corners {
     Object.assign(this, { machine, p, ...machine.engine.switching });
     const { nv } = machine;
     this.count = this.elements.length;
-    this.known = new Float64Array(this.positional.length * (2 + nv) + nv + 1 + 4 * this.count);
+    this.known = new Float64Array(this.positional.length * (2 + 2 * nv) + nv + 1 + 4 * this.count);
     this.rubbing = this.elements.filter(({ tangent }) => tangent !== null);
     this.heats = this.rubbing.map(({ name }) => this.placeOf(`${name}: friction`));
     // where a mode's numbers stand: accelerations, forces, heat, margins, then what it presupposes
@@ -106,16 +106,17 @@ export class Corners {
       const { nq, nv, program } = machine;
       const n = rows.length;
       const closure = (t, y, p, found) => {
-        const { gaps, rates, slopes } = this.read(t, y);
+        const { gaps, rates, slopes, steps } = this.read(t, y);
         rows.forEach((row, r) => {
           found[r] = positional[row] ? gaps[row] : 0;
           found[n + r] = rates[row];
           found.set(slopes[row], 2 * n + r * nv);
+          found.set(steps[row], 2 * n + (n + r) * nv);
         });
       };
       const restrained = [...rows.keys()].filter((r) => !positional[rows[r]]);
       const held = { rates: program.rates, closure };
-      this.held.set(key, new Loops(held, { loops: n, restrained, nq, nv }, this.p));
+      this.held.set(key, new Loops(held, { loops: n, restrained, weighed: true, nq, nv }, this.p));
     }
     return this.held.get(key);
   }
@@ -131,18 +132,21 @@ export class Corners {
     return this.loopsOf(this.rowsHeld(this.modes[this.present]))?.settle(t, y) ?? false;
   }
 
-  // Gaps, rates and slopes of all rows, the accelerations by the load, the kinetic energy, and numbers
-  // of the elements.
+  // Gaps, rates, slopes and steps M⁻¹Jᵀ of all rows, the accelerations by the load, the kinetic energy,
+  // and numbers of the elements.
   read(t, y) {
     const { known, positional, count, machine } = this;
     const { nv } = machine;
     const m = positional.length;
     machine.program.rows(t, y, this.p, known, machine.force);
-    const free = (2 + nv) * m;
+    const free = (2 + 2 * nv) * m;
+    const vectors = (first) =>
+      positional.map((_, r) => known.slice(first + r * nv, first + (r + 1) * nv));
     return {
       gaps: known.subarray(0, m),
       rates: known.subarray(m, 2 * m),
-      slopes: positional.map((_, r) => known.slice(2 * m + r * nv, 2 * m + (r + 1) * nv)),
+      slopes: vectors(2 * m),
+      steps: vectors((2 + nv) * m),
       free: known.slice(free, free + nv),
       kinetic: known[free + nv],
       of: Array.from({ length: count }, (_, k) => {

@@ -10,11 +10,13 @@ const DEPENDENT = 1e-8;
 const DRIFTED = 1e-15;
 
 export class Loops {
-  constructor(program, { loops, restrained = [], nq, nv }, p) {
-    Object.assign(this, { program, count: loops, nq, nv, p });
+  // If weighed, steps of velocities are the shortest by kinetic energy: M⁻¹Jᵀ of each row comes after
+  // J. Those of positions are rounding.
+  constructor(program, { loops, restrained = [], weighed = false, nq, nv }, p) {
+    Object.assign(this, { program, count: loops, weighed, nq, nv, p });
     // rows that restrain velocities alone have no say in where the coordinates are
     this.free = Array.from({ length: loops }, (_, r) => restrained.includes(r));
-    this.found = new Float64Array(loops * (2 + nv));
+    this.found = new Float64Array(loops * (2 + nv * (weighed ? 2 : 1)));
     this.moved = new Float64Array(nq + nv + 1);
     this.slopes = new Float64Array(nq + nv + 1);
   }
@@ -23,8 +25,8 @@ export class Loops {
     return this.program.closure(t, y, this.p, this.found);
   }
 
-  // Unit vectors that span the rows of J, each with the step along it that J x = b asks for, b being
-  // the numbers from `first` on; zero where something is held.
+  // Unit vectors that span the rows of J, each with its step and the part of it that J x = b asks for,
+  // b being the numbers from `first` on; zero where something is held.
   basis(first, held) {
     const { count, nv, found } = this;
     const basis = [];
@@ -33,17 +35,22 @@ export class Loops {
       const row = Array.from({ length: nv }, (_, k) =>
         held?.[k] ? 0 : found[2 * count + r * nv + k],
       );
-      const size = Math.hypot(...row);
+      const at = (2 + nv) * count + r * nv;
+      const step = this.weighed && first > 0 ? [...found.subarray(at, at + nv)] : [...row];
+      const size = Math.sqrt(dot(row, step));
       let part = found[first + r];
       for (let pass = 0; pass < 2; pass++)
-        for (const { axis, share } of basis) {
-          const along = dot(axis, row);
-          for (let k = 0; k < nv; k++) row[k] -= along * axis[k];
+        for (const { axis, step: way, share } of basis) {
+          const along = dot(way, row);
+          for (let k = 0; k < nv; k++) {
+            row[k] -= along * axis[k];
+            step[k] -= along * way[k];
+          }
           part -= along * share;
         }
-      const rest = Math.hypot(...row);
-      if (rest > DEPENDENT * size)
-        basis.push({ axis: row.map((x) => x / rest), share: part / rest });
+      const rest = Math.sqrt(Math.max(dot(row, step), 0));
+      const [axis, way] = [row, step].map((vector) => vector.map((x) => x / rest));
+      if (rest > DEPENDENT * size) basis.push({ axis, step: way, share: part / rest });
     }
     return basis;
   }
@@ -51,8 +58,8 @@ export class Loops {
   // The shortest x with J x = b.
   solve(first, held) {
     const x = new Float64Array(this.nv);
-    for (const { axis, share } of this.basis(first, held))
-      for (let k = 0; k < this.nv; k++) x[k] += share * axis[k];
+    for (const { step, share } of this.basis(first, held))
+      for (let k = 0; k < this.nv; k++) x[k] += share * step[k];
     return x;
   }
 
