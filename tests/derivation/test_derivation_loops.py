@@ -15,7 +15,7 @@ from mecanique.derivation import derive
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.numeric.constraints.independent import Reduced
 from mecanique.derivation.numeric.constraints.multipliers import Constrained, _second_order
-from mecanique.derivation.numeric.constraints.rows import Held
+from mecanique.derivation.numeric.constraints.rows import Constraints, Held
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.scalars.evaluation import Evaluation
@@ -323,6 +323,21 @@ def test_forms_of_second_order_give_gamma_along_free_directions() -> None:
     expected = Held(mechanism).at(moving).gamma[0]
     found = np.einsum("mkl,k,l->m", forms, w, w)
     np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-12)
+
+
+def test_what_prescribed_motions_add_is_in_no_form_of_second_order() -> None:
+    """γ = vᵀ S v + L v + γ₀: the forms are those of S, whatever moves with time."""
+    mechanism, rng = textbook.load("squeezer"), np.random.default_rng(7)
+    nv, state = mechanism.nv, random_states(mechanism, 1, 0)
+    S, L, rest = rng.normal(size=(2, nv, nv)), rng.normal(size=(2, nv)), rng.normal(size=2)
+
+    def at(states: States) -> Constraints:
+        gamma = np.einsum("mij,ni,nj->nm", S, states.v, states.v) + states.v @ L.T + rest
+        return Constraints(gamma, np.zeros((len(gamma), 2, nv)), gamma, [])
+
+    free = rng.normal(size=(nv, 3))
+    expected = free.T @ ((S + S.swapaxes(1, 2)) / 2) @ free
+    np.testing.assert_allclose(_second_order(state, free, at), expected, rtol=1e-10, atol=1e-10)
 
 
 def test_a_driven_crank_is_rheonomic() -> None:

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mecanique.derivation.scalars.cancel import divide_by_wave, divide_exactly, integrate, tidy
-from mecanique.derivation.scalars.elementary import over_length, root_of_square
+from mecanique.derivation.scalars.elementary import root_of_square
 from mecanique.derivation.scalars.evaluation import Evaluation, Substitution, evaluate
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.polynomials import (
@@ -568,7 +568,6 @@ def test_roots_of_squares_and_lengths_of_vectors_are_cosines_where_they_are() ->
     odd = (1 + sin(2 * a)) / 2, (1 + cos(a)) / 2  # squares of cosines of π/4 − a and a/2
     for other in (sin(a) ** 2, 2 * cos(a) ** 2, cos(a), *odd, x * cos(a) ** 2 + 1 - x):
         assert root_of_square(other) is None
-    vector = [cos(a) * sin(b), cos(a) * cos(b) * x]
-    assert over_length(vector, cos(a)) == [sin(b), cos(b) * x]
-    assert over_length(vector, x) == [part / x for part in vector]
-    assert over_length([x, cos(a)], cos(a))[0] * cos(a) != 0
+    for angle in (a, 2 * a, a - 2 * b, a + b):
+        for part in (ring.number(1), sin(b), cos(a) * x, sin(a - b) + x, sin(2 * a) * cos(b) + 3):
+            assert tidy(tidy(cos(angle) * part) / cos(angle)) == part

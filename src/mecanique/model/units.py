@@ -168,7 +168,6 @@ class Dimensions:
             self.of(scalar.args[0])
             return PURE
         if name == "atan2":
-            self.of(scalar.args[0] / scalar.args[1])
             y, x = map(self.of, scalar.args)
             both = all(map(self.declares, scalar.args))
             if both and x is not None and y is not None and x != y:

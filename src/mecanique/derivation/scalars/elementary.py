@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from mecanique.derivation.scalars.cancel import divide_by_wave, tidy
 from mecanique.derivation.scalars.polynomials import exponent, exponents, power
 from mecanique.derivation.scalars.series import GIVEN, Kind, Ring, Series, canonical
 from mecanique.derivation.tolerances import MEASURED
@@ -236,17 +235,6 @@ _EXACT: dict[str, Callable[[Series], Series]] = {
 }
 
 _AT_ZERO = {"exp": 1, "asin": 0, "atan": 0, "tanh": 0, "Abs": 0, "sign": 0}
-
-
-def over_length(vector: Sequence[Series], length: Series) -> list[Series]:
-    """Divide a vector by its length, exactly if that is a cosine that divides all components."""
-    (key, *others) = length.parts
-    if key and not others:
-        exact = [divide_by_wave(component, key) for component in vector]
-        parts = [part for part in exact if part is not None]
-        if len(parts) == len(exact):
-            return parts
-    return [tidy(component / length) for component in vector]
 
 
 def root_of_square(square: Series) -> Series | None:

@@ -14,7 +14,7 @@ from typing import NamedTuple, final
 
 from mecanique.derivation.mechanics.contacts import touch
 from mecanique.derivation.scalars.cancel import tidy, without_rounding
-from mecanique.derivation.scalars.elementary import over_length, root_of_square
+from mecanique.derivation.scalars.elementary import root_of_square
 from mecanique.derivation.scalars.series import Kind, Ring, Series
 from mecanique.derivation.symbolic.derivation import Assumption, Tie
 from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
@@ -87,7 +87,7 @@ def _write_contact(kinematics: Kinematics, contact: Contact) -> Bond:
         if size.parts.keys() != {0}:
             subject = f"the cosine of the lean of {contact.body} at {contact.name}"
             assumptions.append(Assumption(subject, size))
-        return [*(Vector(*over_length([*across], size)) * length)]
+        return [*(Vector(*(tidy(part / size) for part in across)) * length)]
 
     met = touch(algebra.mechanism, contact, replace(kinematics.ground, stretch=stretch))
     place, *directions = (lift(ring, vector).tidy() for vector in (met.place, *met.directions))
