@@ -20,6 +20,7 @@ from mecanique.reference.engine.package import engine_name
 from mecanique.verification import Verdict, verify
 from mecanique.verification import compare as sources
 from mecanique.verification.compare import derive_all, joint_reactions
+from mecanique.verification.facts import Bench
 from mecanique.verification.rows import QUANTITIES, Values, evaluate, rows_of
 from mecanique.verification.states import random_states, usual_samples
 from mecanique.verification.verdict import versions
@@ -299,3 +300,15 @@ def test_what_is_too_long_for_the_engine_is_declined_before_anything_is_derived(
     monkeypatch.setattr("mecanique.verification.compare.derive_all", derive)
     with pytest.raises(EngineError, match="has 251 joint velocities; Pinocchio is given at most"):
         verify(textbook.load("n_link_pendulum", n=251))
+
+
+def test_facts_are_held_against_the_equations_that_are_asked_for() -> None:
+    """By the engine or derived here, without what switches; both have the same accelerations."""
+    system = textbook.entry("stick_slip")
+    engine, derived = (Bench(system, {}, source, 2, 0) for source in ("reference", "derive"))
+    assert isinstance(engine.dynamics, Reference)
+    assert isinstance(derived.dynamics, Equations)
+    assert engine.dynamics is engine.reference
+    for bench in (engine, derived):
+        assert bench.smooth == replace(bench.mechanism, switching=())
+        assert bench.dynamics.mechanism == bench.smooth
