@@ -257,6 +257,28 @@ def test_what_carries_a_whole_loop_is_in_none_of_its_rows(
     assert np.delete(jacobian, columns, axis=2).any(axis=(0, 2)).any()
 
 
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize(("kind", "count"), [("hinge", 2), ("weld", 3)])
+def test_what_a_planar_linkage_keeps_by_itself_is_in_no_row(
+    kind: str, count: int, scale: float
+) -> None:
+    """In any tilt and at any offset, across its plane nothing moves: no rounding stands there."""
+    random = np.random.default_rng(6)
+    for _ in range(10):
+        rpy, offset = random.uniform(-3, 3, (2, 3)).tolist()
+        tilted = linkage(kind, tuple(rpy), tuple(offset), scale)
+        held = Held(tilted)
+        q, v = random.uniform(-3, 3, (5, tilted.nq)), random.normal(size=(5, tilted.nv))
+        jacobian = held.at(States.of(tilted, q, v)).jacobian
+        acting = jacobian.any(axis=(0, 2))
+        assert acting.sum() == count
+        if kind == "hinge":  # its axes begin with two across its own
+            assert [name for name, acts in zip(held.names, acting, strict=True) if acts] == [
+                "C: x",
+                "C: y",
+            ]
+
+
 def test_lengths_and_angles_of_each_loop_are_blocks_of_their_own() -> None:
     """As are each contact and each constraint on velocities."""
     loops = [
