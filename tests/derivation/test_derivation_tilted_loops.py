@@ -270,8 +270,8 @@ def test_what_a_planar_linkage_keeps_by_itself_is_in_no_row(
         held = Held(tilted)
         q, v = random.uniform(-3, 3, (5, tilted.nq)), random.normal(size=(5, tilted.nv))
         jacobian = held.at(States.of(tilted, q, v)).jacobian
-        acting = jacobian.any(axis=(0, 2))
-        assert acting.sum() == count
+        acting = jacobian.any(axis=(0, 2)).tolist()
+        assert sum(acting) == count
         if kind == "hinge":  # its axes begin with two across its own
             assert [name for name, acts in zip(held.names, acting, strict=True) if acts] == [
                 "C: x",
