@@ -14,6 +14,7 @@ from click.testing import CliRunner, Result
 
 import mecanique as mq
 from mecanique.cli import app, main
+from mecanique.cli.derive import judge
 from mecanique.reference.engine.package import MISSING, has_pinocchio
 from mecanique.verification import compare as sources
 
@@ -127,6 +128,15 @@ def test_a_document_of_all_methods_says_everything_once() -> None:
     sizes = [float(x) for x in re.findall(r"10\^\{(-\d+)\}", rows[0])]
     assert max(sizes, default=-16) <= -13
     assert "all agree" in verdict
+
+
+def test_tables_of_a_verdict_have_no_empty_rows() -> None:
+    """Of a loop in independent coordinates only accelerations are compared."""
+    rows = re.findall(
+        r"^[a-z ]+ (&.*?)(?: \\\\)?$", judge(mq.textbook.load("slider_crank")), re.MULTILINE
+    )
+    assert len(rows) > 10
+    assert all(re.search(r"[0-9]", row) for row in rows)
 
 
 @pytest.mark.parametrize("form", ["text", "latex", "mathml"])

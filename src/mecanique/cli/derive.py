@@ -117,7 +117,7 @@ def derive(
     if document:
         from mecanique.derivation.document import to_page
 
-        verdict = [_judge(chosen.mechanism)] if method == "all" else []
+        verdict = [judge(chosen.mechanism)] if method == "all" else []
         cut = method in ("all", "newton_euler")
         figure, *bodies = [*_pictures(chosen.mechanism, cut=cut), ""]
         # below what the system is, the figure explains the letters that follow
@@ -223,7 +223,7 @@ def _pictures(mechanism: mq.Mechanism, *, cut: bool) -> Iterator[str]:
             yield figure_tex(mechanism, start, body)
 
 
-def _judge(mechanism: mq.Mechanism) -> str:
+def judge(mechanism: mq.Mechanism) -> str:
     """Return a section of LaTeX with the differences of each derivation from the engine."""
     from mecanique.derivation.printing.prose import to_latex
 
@@ -239,7 +239,9 @@ def _judge(mechanism: mq.Mechanism) -> str:
         part = ways[k : k + at_once]
         rows = [" & ".join(["", *part])]
         for quantity in quantities:
-            sizes = (worst.get((quantity, way)) for way in part)
+            sizes = [worst.get((quantity, way)) for way in part]
+            if sizes.count(None) == len(sizes):
+                continue
             cells = ("" if size is None else _power(size) for size in sizes)
             rows.append(" & ".join([quantity.replace("_", "\\_"), *cells]))
         columns = "l" + "c" * len(part)

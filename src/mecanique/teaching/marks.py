@@ -229,11 +229,6 @@ class Sheet:
         return sum(question.points for question in self.questions)
 
 
-def read_sheet(path: Path) -> Sheet:
-    """Read a sheet from a TOML or JSON file with a title and a table for each question."""
-    return make_sheet({"title": path.stem, **read_table(path)}, path.name)
-
-
 def make_sheet(table: Mapping[str, Any], where: str) -> Sheet:
     """Return the sheet that a table describes; errors say where it stands."""
     listed = table.get("question")
@@ -383,7 +378,8 @@ def grade(
     """Grade the answers in a folder."""
     # a folder per student with files like anna/1a.txt, or a table per student like anna.toml with
     # 1a = "…"; whatever cannot be read gets a mark with the reason
-    questions = read_sheet(Path(sheet))
+    path = Path(sheet)
+    questions = make_sheet({"title": path.stem, **read_table(path)}, path.name)
     students = collect(Path(answers), [question.name for question in questions.questions])
     if not students:
         raise InputError(

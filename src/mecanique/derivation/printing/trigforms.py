@@ -85,11 +85,6 @@ def content(forms: Iterable[Form]) -> Series:
     return polynomials[0].ring.monomial(packed) * common_measure(polynomials)
 
 
-def common_number(polynomials: Iterable[Series]) -> Fraction:
-    """Return the greatest positive rational that divides all coefficients of polynomials."""
-    return _measure(list(polynomials))[0]
-
-
 def common_scale(polynomials: Sequence[Series]) -> Fraction:
     """Return the greatest rational that divides all coefficients, the largest if measured."""
     # as multiples of a common measure, products of measured numbers would exceed every float
@@ -198,7 +193,7 @@ def cost(form: Form) -> int:
             divisor = math.gcd(*(c for _, c in primitive))
             if len(primitive) > 1:
                 total += sum(_letters(m) + (c != divisor) + 1 for m, c in primitive)
-    return total + len({common_number([p]) for p in form.values()}) - 1
+    return total + len({_measure([p])[0] for p in form.values()}) - 1
 
 
 def find_shared_powers(form: Form) -> dict[tuple[int, int], int]:

@@ -337,7 +337,7 @@ class Ledger:
             for label, size, shift in zip(labels, act, move, strict=True):
                 if not (size and shift):
                     continue
-                acts, moves = (join_words(letter, name, label) for letter in letters[:2])
+                acts, moves = ("_".join(filter(None, (x, name, label))) for x in letters[:2])
                 if not known:
                     lines.append(Result(Left(acts), size))
                 lines.append(Result(Left(moves), shift))
@@ -357,11 +357,6 @@ class Ledger:
 def couple_of_inertia(cut: Cut) -> Vector:
     """Return the couple of the inertia forces about the center of mass."""
     return (cross(cut.center, cut.push.force) - cut.push.moment).tidy()
-
-
-def join_words(*words: str) -> str:
-    """Join words with underscores into a name, leaving out empty ones."""
-    return "_".join(filter(None, words))
 
 
 _QUASI = (

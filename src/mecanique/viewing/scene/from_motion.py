@@ -63,7 +63,11 @@ def curves_of(motion: Motion) -> tuple[Plot, ...]:
     return (
         *_states(motion, shown=few),
         *_energies(motion, shown=not few),
-        *_guide_forces(motion),
+        *(
+            Plot(name, name, "N", force, "Reactions")
+            for name, force in motion.guide_forces().items()
+            if np.isfinite(force).all()
+        ),
         *_reactions(motion),
     )
 
@@ -108,12 +112,6 @@ def explain_loss(name: str) -> str:
     return f"{words}, {element}"
 
 
-def _guide_forces(motion: Motion) -> Iterator[Plot]:
-    for name, force in motion.guide_forces().items():
-        if np.isfinite(force).all():
-            yield Plot(name, name, "N", force, "Reactions")
-
-
 def _reactions(motion: Motion) -> Iterator[Plot]:
     if motion.mechanism.velocity_constraints:
         return
@@ -149,7 +147,10 @@ def scene_of(
         quaternions=from_matrices(poses[:, :, :3, :3]),
         arrows=tuple(_arrows(shown)),
         lines=(*_lines(motion.described, poses, at), *_cords(motion)),
-        traces=tuple(_traces(mechanism, poses, at)),
+        traces=tuple(
+            Trace(f"path of {tip.body}", _follow(mechanism, poses, at, tip))
+            for tip in tips_of(mechanism)
+        ),
         joints=marks_of(mechanism, poses.mean(axis=0)),
         series=curves_of(motion),
         document=SceneText() if document is None else document,
@@ -266,11 +267,6 @@ def _cords(motion: Motion) -> Iterator[DrawnLine]:
     state = motion.q, motion.v, motion.t
     for k, ends in enumerate(cord_stretches(motion.mechanism, motion.reference, *state)):
         yield DrawnLine(f"stretch {k + 1}", "rod", np.stack(ends, axis=1))
-
-
-def _traces(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterator[Trace]:
-    for tip in tips_of(mechanism):
-        yield Trace(f"path of {tip.body}", _follow(mechanism, poses, at, tip))
 
 
 FAINT = 1e-6
