@@ -42,6 +42,13 @@ def test_the_coin_has_the_matrices_of_its_exact_equations(
     assert [*map(entries, letters.K)] == [[["0", "0"], ["0", "-m g r"]], nothing, nothing]
 
 
+def test_coefficients_of_the_determinant_are_set_and_explained() -> None:
+    coin = mq.textbook.load("rolling_coin")
+    printed = steady_letters(coin, {}, {"spin": 1.0}, ("yaw", "lean")).latex()
+    assert "$a_{4} \\lambda^{4} + a_{2} \\lambda^{2} = 0$" in printed
+    assert "$a_{2}$, $a_{4}$}] coefficient of the determinant" in printed
+
+
 def test_the_coin_is_written_out_with_its_motion_and_the_meaning_of_its_letters() -> None:
     coin = mq.textbook.load("rolling_coin")
     falling = steady_letters(coin, {}, {"spin": 1.0}, ("yaw", "lean")).text()
@@ -54,9 +61,9 @@ def test_the_coin_is_written_out_with_its_motion_and_the_meaning_of_its_letters(
         "8. Result",
         "   In matrices, with the numbers of the description: M q'' + u C1 q' + g K0 q = 0 for q = "
         "(yaw,",
-        "   lean). Of deviations proportional to e^(lambda t), the determinant is a4 lambda^4 + a2 "
-        "lambda^2 =",
-        "   0. Below u_c, where a2 = 0, a deviation grows without oscillation (of a bicycle, "
+        "   lean). Of deviations proportional to exp(lambda t), the determinant is a4 lambda^4 + "
+        "a2 lambda^2",
+        "   = 0. Below u_c, where a2 = 0, a deviation grows without oscillation (of a bicycle, "
         "capsize).",
         f"     M = [[{m * r**2 / 4:.5g}, 0], [0, {5 * m * r**2 / 4:.5g}]]",
         f"     C1 = [[0, {m * r**2 / 2:.5g}], [-{3 * m * r**2 / 2:.5g}, 0]]",

@@ -279,7 +279,8 @@ def test_a_coordinate_that_places_a_center_is_said_to_do_so() -> None:
     assert say("base_excited_mass", "u") == "displacement of block relative to base along x [m]"
     tilted = "position of the center of disk along x, turned by alpha about y [m]"
     assert say("rolling_disk", "x") == tilted
-    assert say("kepler_orbit", "r") == "distance of planet from the hinge phi [m]"
+    assert say("kepler_orbit", "r") == "distance of planet from the axis of phi [m]"
+    assert say("elastic_pendulum", "r") == "distance of bob from the hinge pin [m]"
     # a coordinate that is no joint's is that of the point which it moves as much
     assert say("bars_and_springs", "q") == "displacement of C along -z [m]"
     assert say("shear_building", "u3") == "displacement of floor3 along x [m]"

@@ -187,7 +187,10 @@ class CoordinateWords:
             return f"position of the {point} of {moved} along {along}"
         seated = self._read(slide.origin.xyz).any() or center.any()
         if isinstance(hinge, Single) and hinge.turns and not (seated or self._weighs(slide.parent)):
-            return f"distance of {moved} from the {self._name_joint(hinge)}"
+            # phi names an angle and no hinge
+            named = hinge.name not in hinge.coordinates
+            where = self._name_joint(hinge) if named else f"axis of {hinge.name}"
+            return f"distance of {moved} from the {where}"
         along = self._say_direction(slide.axis, slide).removesuffix(f" of {slide.parent}")
         relative = "" if slide.parent == self._mechanism.ground else f" relative to {slide.parent}"
         return f"displacement of {moved}{relative} along {along}"

@@ -19,7 +19,7 @@ from mecanique.derivation.symbolic.derivation import NO_ENDING, Ending
 from mecanique.derivation.symbolic.multipliers import Quotient, determinant, make_positive
 from mecanique.derivation.tolerances import SAME_EXPONENT
 
-_POLYNOMIAL = "Of deviations proportional to e^({0} t), the determinant is {1} = 0."
+_POLYNOMIAL = "Of deviations proportional to exp({0} t), the determinant is {1} = 0."
 _BORDERS = {
     "c": "{0} {1}, where {2} = 0, a deviation grows without oscillation (of a bicycle, capsize).",
     "w": "{0} {1}, where {2} = 0, an oscillation grows (of a bicycle, weave).",
@@ -56,7 +56,8 @@ def find_borders(
     terms = " + ".join(f"a{n} {exponent}^{n}" for n in sorted(a, reverse=True) if n)
     terms = terms.replace(f"{exponent}^1", exponent)
     said = [_POLYNOMIAL.format(exponent, f"{terms} + a0" if 0 in a else terms)]
-    lines, unknowns = [], {}
+    lines = []
+    unknowns = dict.fromkeys((f"a{n}" for n in sorted(a)), "coefficient of the determinant")
     for border, letter, condition, side in sorted(borders):
         name = f"{speed}_{letter}"
         square = _solve(a[min(a)], speed) if letter == "c" else None
