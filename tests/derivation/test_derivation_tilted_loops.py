@@ -270,13 +270,10 @@ def test_what_a_planar_linkage_keeps_by_itself_is_in_no_row(
         held = Held(tilted)
         q, v = random.uniform(-3, 3, (5, tilted.nq)), random.normal(size=(5, tilted.nv))
         jacobian = held.at(States.of(tilted, q, v)).jacobian
-        acting = jacobian.any(axis=(0, 2)).tolist()
-        assert sum(acting) == count
+        acting = [held.names[k] for k in np.flatnonzero(np.abs(jacobian).max(axis=(0, 2)))]
+        assert len(acting) == count
         if kind == "hinge":  # its axes begin with two across its own
-            assert [name for name, acts in zip(held.names, acting, strict=True) if acts] == [
-                "C: x",
-                "C: y",
-            ]
+            assert acting == ["C: x", "C: y"]
 
 
 def test_lengths_and_angles_of_each_loop_are_blocks_of_their_own() -> None:
