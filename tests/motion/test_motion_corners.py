@@ -850,6 +850,9 @@ def test_rests_are_searched_for_by_a_program(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(ModePrograms, "write_terms", lambda _: None)
     by_engine = mq.equilibria(mq.textbook.load("dry_oscillator"), 10)
     assert len(states) - some > 2 * some
+    # nor is a program that fails in the first state
+    monkeypatch.setattr(ModePrograms, "write_terms", lambda _: lambda t, y: 1 / 0)
+    assert mq.equilibria(mq.textbook.load("dry_oscillator"), 1)[0].ranges == by_engine[0].ranges
     (ours,), (theirs,) = by_program, by_engine
     assert ours.states == theirs.states
     assert ours.ranges["x"] == pytest.approx(theirs.ranges["x"], rel=0, abs=1e-12)

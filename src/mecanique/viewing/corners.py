@@ -99,10 +99,8 @@ class PageCorners:
         struck = [element for element in self.elements if element.struck]
         self._modes = list(_combine_sticking(self.elements))
         together = struck if len(struck) > 1 else []
-        strikes = _combine(self.elements, together)
-        self._strikes = [mode for mode in strikes if {*_name(mode)} != {OPEN}]
-        expansions = _combine(self.elements, [e for e in together if e.by_impulse])
-        self._expansions = [mode for mode in expansions if {*_name(mode)} != {OPEN}]
+        self._strikes = list(_combine(self.elements, together))
+        self._expansions = list(_combine(self.elements, [e for e in together if e.by_impulse]))
         self._given: dict[int, Any] = {}
         for element in struck:
             assert element.normal is not None, "it is struck"
@@ -331,10 +329,11 @@ class PageCorners:
 
 
 def _combine(elements: Sequence[ElementRows], moving: Sequence[ElementRows]) -> Iterator[Mode]:
-    """Yield every mode of some elements, the others being open."""
+    """Yield every mode of some elements, the others being open, in which one is not."""
     for states in product(*(element.states for element in moving)):
         named = {element.name: state for element, state in zip(moving, states, strict=True)}
-        yield name_mode(elements, named)
+        if {*states} - {OPEN}:
+            yield name_mode(elements, named)
 
 
 def _combine_sticking(elements: Sequence[ElementRows]) -> Iterator[Mode]:

@@ -223,15 +223,17 @@ class Corners:
 
     def measure(self, q: Array, v: Array, t: float) -> Terms:
         """Return the terms in one of many states, by a program that gave the engine's before."""
-        y = np.concatenate([q, v])
-        if self._terms is None:
-            self._terms, engine = self._writer.write_terms(), self.rows.at
-            if self._terms is None or not _are_close(self._terms(t, y), engine(q, v, t)):
-                self._terms = lambda t, y: engine(y[: self._nq], y[self._nq :], t)
+        y, engine = np.concatenate([q, v]), self.rows.at
         try:
+            if self._terms is None:
+                written, nq = self._writer.write_terms(), self._nq
+                if written is not None and _are_close(written(t, y), engine(q, v, t)):
+                    self._terms = written
+                else:
+                    self._terms = lambda t, y: engine(y[:nq], y[nq:], t)
             return self._terms(t, y)
         except (ArithmeticError, ValueError):
-            return self.rows.at(q, v, t)  # the engine may know, or says why not
+            return engine(q, v, t)  # it may know, or says why not
 
     def _program(self, t: float, y: Array) -> ModeProgram | None:
         """Return the program of the mode at a time, once that mode has been asked for often."""
