@@ -293,6 +293,16 @@ ANSWERED = (
     ),
     ("governor", "steady motion", "psi'^2 = 2 ((m + M) g - k (s - a))/(m s)", "right", ""),
     ("governor", "steady motion", "psi'^2 = 2 (m g - k (s - a))/(m s)", "wrong", "m should be"),
+    # the slider is outside the crank, as it is assembled
+    *(
+        (
+            *("slider_crank", "kinetic energy"),
+            f"m1 r^2 theta'^2/6 + m2 r^2 theta'^2/2 (sin(theta) {sign} r sin(theta) cos(theta)"
+            "/sqrt(l^2 - r^2 sin(theta)^2))^2",
+            *(outcome, ""),
+        )
+        for sign, outcome in (("+", "right"), ("-", "wrong"))
+    ),
     # small oscillations about steady motions; E. T. Whittaker, Analytical Dynamics, 1937, § 92
     *(
         ("spherical_pendulum", "frequency at steady motion", text, outcome, "")

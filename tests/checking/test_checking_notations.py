@@ -206,6 +206,22 @@ RODS_MATRIX = "[[(m1/3 + m2) l1^2, m2 l1 l2 cos(q1 - q2)/2], [m2 l1 l2 cos(q1 - 
             "phi' = sqrt(g/(l cos theta)), -sqrt(g/(l cos theta))",
         ),
         ("rigid_bar_pendulum", "period", "2*Pi*Sqrt[2*l/(3*g)]"),
+        (
+            *("simple_pendulum", "period"),
+            "Para pequeñas oscilaciones el período es T = 2π √(l/g).",
+        ),
+        ("simple_pendulum", "kinetic energy", "L'énergie cinétique vaut T = 1/2 m l^2 q'^2"),
+        (
+            "base_excited_mass",
+            "equation of motion",
+            "m D(D(u))(t) + c D(u)(t) + k u = m X W^2 sin(W t)",
+        ),
+        ("free_planar_body", "mass matrix", "DiagonalMatrix[{m, m, m (a^2 + b^2)/12}]"),
+        ("particle_on_circle", "equation of motion", "θ' = const, d.h. θ'' = 0"),
+        (
+            *("rolling_disk", "equation of motion"),
+            "Rollbedingung x' = R turn', Kontakt z = R, damit (3/2) m x'' = m g sin(alpha)",
+        ),
         ("rigid_bar_pendulum", "equilibrium", "0 and 180 degrees"),
         ("rigid_bar_pendulum", "equilibrium", r"$q \in \{0^\circ, 180^\circ\}$"),
         ("rigid_bar_pendulum", "equilibrium", "q = ±180° or 0°"),
@@ -248,6 +264,16 @@ def test_binets_equation_is_read() -> None:
         assert verdict.independent == 1
     wrong = mq.check(kepler, "d^2 u/dphi^2 - u = mu/C^2", let=["u = 1/r", "C = r^2 phi'"])
     assert wrong.outcome == "wrong"
+
+
+def test_a_line_that_repeats_a_definition_is_none_of_the_answer() -> None:
+    mass = mq.textbook.load("base_excited_mass")
+    answer, let = "u'' + c/m u' + w0^2 u = X W^2 sin(W t)", "w0 = sqrt(k/m)"
+    verdict = mq.check(mass, f"w0² = k/m\n{answer}", let=[let])
+    assert verdict.right
+    assert verdict.notes == ("taken as a definition: 'w0² = k/m'",)
+    assert mq.check(mass, "w0² = k/m", let=[let]).outcome == "wrong"
+    assert mq.check(mass, f"w0² = 2 k/m\n{answer}", let=[let]).outcome == "wrong"
 
 
 def test_every_letter_that_derive_prints_is_known() -> None:

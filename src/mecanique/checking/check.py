@@ -159,6 +159,7 @@ class Checker:
         text, reading = answer.text, answer.reading
         judged = self._compare(reading, quantity, self.truth, text)
         held = self._hold_numbers(judged, reading, quantity, ask, text)
+        held = held or self._assemble(judged, reading, ask, text)
         truth, judged, forms = held or (self.truth, judged, ())
         definitions = reading.letters.defined.items()
         defined = {name: node for name, node in definitions if "'" not in name}
@@ -322,6 +323,20 @@ class Checker:
             if all(formula.agrees if motion else formula.holds for formula in again):
                 return truth, again, forms
         return None
+
+    def _assemble(
+        self, judged: Sequence[Judged], reading: ReadText, ask: str, text: str
+    ) -> tuple[Truth, list[Judged], tuple[str, ...]] | None:
+        """Return the same where loops are assembled as from zero, if it is right there."""
+        if all(formula.holds for formula in judged):
+            return None
+        sides = [side for statement in reading.statements for side in statement.sides]
+        written = {name.rstrip("'") for side in sides for name in side.letters}
+        truth = self.truth.assemble(written)
+        if truth is None or truth.sample.count == self.truth.sample.count:
+            return None
+        again = self._compare(reading, ask_for(truth, ask), truth, text)
+        return (truth, again, ()) if all(formula.holds for formula in again) else None
 
     def _explain_numbers(self, reading: ReadText, ask: str, text: str) -> list[tuple[Mistake, ...]]:
         """Return the likely causes of wrong lines with numbers in place of all parameters."""

@@ -9,6 +9,7 @@ from fractions import Fraction
 from functools import cache
 from typing import Any, final
 
+import numpy as np
 from lark import Lark
 from lark import Token as LarkToken
 from lark.exceptions import UnexpectedInput, UnexpectedToken, VisitError
@@ -21,6 +22,7 @@ from mecanique.checking.grammar.letters import Kind, KnownLetters, key_of
 from mecanique.checking.grammar.mathml import is_mathml, text_of
 from mecanique.checking.grammar.scanner import CLOSE, OPEN, Scanner, Token
 from mecanique.checking.grammar.tables import determinant, write_out
+from mecanique.checking.grammar.tape import FormulaTape
 from mecanique.checking.grammar.tree import FUNCTIONS, Node
 from mecanique.errors import FormulaError
 from mecanique.model.mechanism import Mechanism
@@ -408,7 +410,7 @@ def read_answer(text: str, letters: KnownLetters, *, conditional: bool = False) 
         tokens += [Token("NEXT", "\n", line[0].start, line[0].start)] if k else []
         tokens += line
     statements = list(_statements(_parse(tokens, scanner.letters, text), text))
-    restated = [statement for statement in statements if _is_restated(statement, text)]
+    restated = [s for s in statements if _is_restated(s, text) or _repeats(s, letters, text)]
     if len(restated) < len(statements):
         statements = [statement for statement in statements if statement not in restated]
         judged = {statement.text for statement in statements}
@@ -522,6 +524,25 @@ def _is_restated(statement: Statement, text: str) -> bool:
     # an entry of a vector that is defined elsewhere is not written here at all
     left, right = first.quote(text), second.quote(text)
     return (left != right or not left) and _key_of(first) == _key_of(second)
+
+
+def _repeats(statement: Statement, letters: KnownLetters, text: str) -> bool:
+    """Whether a line repeats a definition beside the answer, as w0^2 = k/m."""
+    first, last = statement.sides[0], statement.sides[-1]
+    word = re.sub(r" ?(?:\^ ?\{?2\}?|²)$", "", first.quote(text).strip())
+    if letters.find(word) not in letters.defined or not statement.is_equation:
+        return False
+    difference = tree.add(first, tree.negate(last))
+    # any values will do: what is defined so is the same for all of them
+    random = np.random.default_rng(0)
+    values = {name: random.uniform(0.5, 2.0, 4) for name in sorted(difference.letters)}
+    with np.errstate(all="ignore"):
+        relative = FormulaTape(difference).evaluate(values, 4).relative
+    return bool((relative < _REPEATED).all())
+
+
+_REPEATED = 1e-12
+"""Sides of a definition that differ by less than this part are the same, up to rounding."""
 
 
 def _key_of(node: Node) -> tuple[object, ...]:

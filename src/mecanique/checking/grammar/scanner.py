@@ -32,6 +32,7 @@ _SPELLED = {
     " sqrt ": "√",
     "d": "𝑑ⅆ",
     "l": "ℓ",
+    "n": "ñ",
     "mu": "µ",
     "theta": "ϑ",
     "phi": "ϕ",
@@ -63,12 +64,18 @@ _REWRITES = (
     # modules of Python
     (re.compile(r"(?<![\w.])(?:np|numpy|math|cmath|sp|sym|sympy|jnp)\.(?=[A-Za-z])"), ""),
     (re.compile(r"\b(?:array|asarray)(?=\()"), "Matrix"),
+    # Maple: D(q)(t), (D@@2)(q)(t), D(D(q))(t)
+    (re.compile(r"(?:\bD\(D\((\w+)\)\)|\(D@@2\)\((\w+)\))\(t\)"), r"\1\2''"),
+    (re.compile(r"\bD\((\w+)\)\(t\)"), r"\1'"),
     # Mathematica: Derivative[2][q][t], D[q[t], {t, 2}]
+    (re.compile(r"\bDiagonalMatrix\[\s?\{([^{}]*)\}\s?\]"), r"diag(\1)"),
     (re.compile(r"\bDerivative\[1\]\[(\w+)\](?:\[t\])?"), r"\1'"),
     (re.compile(r"\bDerivative\[2\]\[(\w+)\](?:\[t\])?"), r"\1''"),
     (re.compile(r"\bD\[\s*(\w+)\[t\]\s*,\s*t\s*\]"), r"\1'"),
     (re.compile(r"\bD\[\s*(\w+)\[t\]\s*,\s*\{\s*t\s*,\s*2\s*\}\s*\]"), r"\1''"),
-    (re.compile(r"=>|->"), "\n"),
+    (re.compile(r"=>|->|\b(?:i\. ?e|d\. ?h)\."), "\n"),
+    # the article of a French word is no rate of a length
+    (re.compile(r"\b[Ll]'(?=(?:energie|equation|equilibre|inertie|acceleration)\b)"), ""),
     (re.compile(r"(?<=\d)\s*(?:\^\s*\{?\s*\\circ\s*\}?|deg(?:rees?)?\b)"), "°"),
     # of a function of time alone ∂/∂t is d/dt, and of a Lagrangian d/dq is partial anyway
     (re.compile(r"(?:\\partial(?![A-Za-z])|∂)"), "d "),
@@ -371,8 +378,8 @@ def _is_counted(numbers: list[str]) -> bool:
 
 _SHORTEST_WORD = 3
 _STOPS = re.compile(
-    r"is|of|the|to|we|by|so|it|in|as|at|are|with|for|where|and|get|"
-    r"und|ist|die|der|das|mit|aus|von|wir|also|la|el|lo|le|los|las|de|"
+    r"is|of|the|to|we|by|so|it|in|as|at|are|with|for|where|and|get|hence|thus|"
+    r"damit|somit|daher|alors|und|ist|die|der|das|mit|aus|von|wir|also|la|el|lo|le|los|las|de|"
     r"del|en|es|por|que|con|donc|on|soit|ou|est|et|au|du|un|une|pour"
 )
 """Short words of sentences."""

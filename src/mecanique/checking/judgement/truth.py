@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, final
 
@@ -27,7 +27,7 @@ from mecanique.errors import DerivationError, InputError
 from mecanique.model.expression import evaluate
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
-from mecanique.verification.states import random_states
+from mecanique.verification.states import closed_states, random_states
 
 STATES = 24
 """Number of states in which a formula is compared."""
@@ -117,6 +117,17 @@ class Sample:
     def at(self, states: Rows) -> dict[str, Array]:
         """Return the value of each letter in some of the states."""
         return {name: value[states] for name, value in self.values.items()}
+
+    def take(self, states: npt.NDArray[np.bool_]) -> Sample:
+        """Return some of the states."""
+        arrays = {
+            name: getattr(self, name)[states]
+            for name in ("M", "bias", "forces", "slopes", "a", "multipliers")
+        }
+        lengths = {name: value[states] for name, value in self.lengths.items()}
+        values = {name: value[states] for name, value in self.values.items()}
+        count = int(states.sum())
+        return replace(self, values=values, count=count, lengths=lengths, **arrays)
 
     @property
     def usual(self) -> Array:
@@ -217,6 +228,27 @@ class Truth:
     def hold(self, varied: frozenset[str]) -> Truth:
         """Return the same with states in which only some parameters vary."""
         return self._with_sample(self.with_numbers(varied))
+
+    def assemble(self, given: Collection[str]) -> Truth | None:
+        """Return the same in the states in which loops are assembled as from zero.
+
+        Where the other coordinates follow from those that are given, they may do so in two ways:
+        the determinant of the constraints by them changes its sign only where both ways meet.
+        """
+        mechanism, names = self.mechanism, self.mechanism.coordinates.names
+        following = [name for name in names if name not in given]
+        if self.derivation is None or len(self.closures) != len(following) or not following:
+            return None
+        zero = np.zeros((1, mechanism.nq)), np.zeros((1, mechanism.nv)), np.zeros(1)
+        from_zero = closed_states(mechanism, *zero).q
+        if not len(from_zero):
+            return None
+        here, there = (
+            np.linalg.det(self.at(values).slopes(self.closures, following))
+            for values in ({}, dict(zip(names, from_zero[0], strict=True)))
+        )
+        alike = here * there > 0
+        return self._with_sample(self.sample.take(alike)) if alike.any() else None
 
     def rest(self, position: Mapping[str, Array]) -> Truth | None:
         """Return the same at rest in a position, without inputs; None if it has no values."""

@@ -343,7 +343,7 @@ def _vary_power(part: FormulaPart) -> Iterator[_Candidate]:
     base = part.values_of(place)
     said = f"'{part.quoted}' {part.where}should be"
     shown = letter.quote(part.text)
-    for exponent in (1, 2, 3, 4, 0, -1):
+    for exponent in (x for x in (1, 2, 3, 4, 0, -1) if x != exponent_node.value):
         value = np.abs(base) ** exponent if exponent in (2, 4) else base**exponent
         right = {0: "1", 1: shown}.get(exponent, f"{shown}^{exponent}")
         yield np.asarray(value, dtype=float), "power", f"{said} {right}", 1.5
