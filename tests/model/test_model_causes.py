@@ -1,6 +1,6 @@
 """What explains a difference has one interface: for verify and diff, for check, and for lint."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import pytest
 
@@ -10,11 +10,11 @@ from mecanique.model.slips import Cause
 PENDULUM = mq.textbook.load("double_pendulum")
 HEAVIER = PENDULUM.replace(m2=3.0 * PENDULUM.values["m2"])
 
-CAUSES: dict[str, Sequence[Cause]] = {
-    "verify": mq.verify(PENDULUM, 5, against=HEAVIER).causes,
-    "diff": mq.diff(PENDULUM, HEAVIER).changes,
-    "check": mq.check(mq.textbook.load("simple_pendulum"), "q'' = 2 g/l sin(g/l q)").causes,
-    "lint": mq.lint(mq.write_urdf(mq.textbook.load("simple_pendulum"))),
+CAUSES: dict[str, Callable[[], Sequence[Cause]]] = {
+    "verify": lambda: mq.verify(PENDULUM, 5, against=HEAVIER).causes,
+    "diff": lambda: mq.diff(PENDULUM, HEAVIER).changes,
+    "check": lambda: mq.check(mq.textbook.load("simple_pendulum"), "q'' = 2 g/l sin(g/l q)").causes,
+    "lint": lambda: mq.lint(mq.write_urdf(mq.textbook.load("simple_pendulum"))),
 }
 """What each act finds wrong; that they are `Cause`s is checked by the types."""
 
@@ -33,5 +33,5 @@ EXPECTED = {
 
 @pytest.mark.parametrize("act", CAUSES)
 def test_a_cause_has_a_kind_a_place_and_words(act: str) -> None:
-    cause = CAUSES[act][0]
+    cause = CAUSES[act]()[0]
     assert (cause.kind, cause.where, cause.text) == EXPECTED[act]
