@@ -23,6 +23,10 @@ from mecanique.reference.vectors import hat, turn_about, turn_of
 
 __version__ = "stand-in"
 
+_ALONG = np.zeros((6, 6, 6))
+"""The matrix [[ω ×, v ×], [0, ω ×]] of each component of a twist (v, ω)."""
+_ALONG[:3, :3, 3:] = _ALONG[3:, :3, :3] = _ALONG[3:, 3:, 3:] = hat(np.eye(3))
+
 
 class _Pair:
     """Two vectors in one array, shape (6,)."""
@@ -74,10 +78,7 @@ class Motion(_Pair):
 
     def cross(self, force: Force) -> Force:
         """Return the rate of a wrench that moves with this twist."""
-        v, omega = self.linear, self.angular
-        return Force(
-            cross(omega, force.linear), cross(omega, force.angular) + cross(v, force.linear)
-        )
+        return Force(-_rate_along(self.vector).T @ force.vector)
 
 
 @final
@@ -202,6 +203,9 @@ class ReferenceFrame:
     LOCAL_WORLD_ALIGNED = "world axes at the frame's origin"
 
 
+_ONE, _ORIGIN = np.eye(3), np.zeros(3)
+
+
 @final
 class Joint:
     """A joint of the tree.
@@ -212,7 +216,8 @@ class Joint:
     """
 
     def __init__(self, kind: Kind, axis: Array) -> None:
-        self.kind, self.axis = kind, axis
+        self.kind, self.axis, self.across = kind, axis, hat(axis)
+        self.twice_across = self.across @ self.across
         self.nq, self.nv = _SIZES[kind]
         self.idx_q = self.idx_v = 0
         self.S = self._directions()
@@ -233,11 +238,12 @@ class Joint:
         """Return rotation and translation of the child in the joint's frame."""
         values = q[self.idx_q : self.idx_q + self.nq]
         if self.kind == "prismatic":
-            return np.eye(3), self.axis * values[0]
+            return _ONE, self.axis * values[0]
         if self.kind == "floating":
             return turn_of(values[3:]), values[:3]
         c, s = values if self.nq == 2 else (math.cos(values[0]), math.sin(values[0]))
-        return turn_about(self.axis, c, s), np.zeros(3)
+        # Rodrigues' formula, with its products of the axis computed once
+        return _ONE + s * self.across + (1 - c) * self.twice_across, _ORIGIN
 
 
 def JointModelRevoluteUnaligned(axis: Array) -> Joint:
@@ -319,6 +325,7 @@ class Data:
         self.Ycrb = [Inertia.Zero() for _ in range(count)]
         self.masses = [inertia.matrix() for inertia in model.inertias]
         self.body_jacobians, self.inside = np.zeros((count, 6, nv)), np.zeros((count, 6, 6))
+        self.along = np.zeros((count, 6, 6))
         self.J, self.dJ = np.zeros((6, nv)), np.zeros((6, nv))
         self.joints = model.joints
 
@@ -435,9 +442,9 @@ def rnea(
     for i in range(1, model.njoints):
         data.a_gf[i].vector[:] = data.a[i].vector
         data.a_gf[i].linear -= data.oMi[i].rotation.T @ model.gravity.linear
-        inertia, twist = data.masses[i], data.v[i]
-        momentum = Force(inertia @ twist.vector)
-        data.f[i].vector[:] = inertia @ data.a_gf[i].vector + twist.cross(momentum).vector
+        inertia = data.masses[i]
+        momentum = inertia @ data.v[i].vector
+        data.f[i].vector[:] = inertia @ data.a_gf[i].vector - data.along[i].T @ momentum
         if external is not None:
             data.f[i].vector[:] -= external[i].vector
     forces: Array = model.armature * a
@@ -466,11 +473,17 @@ def crba(model: Model, data: Data, q: Array) -> Array:
     data.Ycrb[:] = [
         Inertia(inertia.mass, inertia.lever, inertia.inertia) for inertia in model.inertias
     ]
-    M = np.diag(model.armature)
     for i in range(model.njoints - 1, 0, -1):
-        M += data.body_jacobians[i].T @ data.masses[i] @ data.body_jacobians[i]
         if model.parents[i]:
             data.Ycrb[model.parents[i]] += data.liMi[i].act(data.Ycrb[i])
+    return _sum_masses(model, data)
+
+
+def _sum_masses(model: Model, data: Data) -> Array:
+    """Return the mass matrix, shape (nv, nv), given the Jacobians of the joints."""
+    M = np.diag(model.armature)
+    for J, inertia in zip(data.body_jacobians[1:], data.masses[1:], strict=True):
+        M += J.T @ inertia @ J
     return M
 
 
@@ -485,7 +498,7 @@ def aba(
     """Return the accelerations under joint forces; NaN where they are undetermined."""
     bias = rnea(model, data, q, v, np.zeros(model.nv), external)
     try:
-        return np.asarray(np.linalg.solve(crba(model, data, q), forces - bias))
+        return np.asarray(np.linalg.solve(_sum_masses(model, data), forces - bias))
     except np.linalg.LinAlgError:
         return np.full(model.nv, np.nan)
 
@@ -497,7 +510,7 @@ def computeJointJacobians(model: Model, data: Data, q: Array) -> None:
         joint, span = model.joints[i], _span(model.joints[i])
         R, p = data.oMi[i].rotation, data.oMi[i].translation
         angular = R @ joint.S[3:]
-        data.J[:3, span] = R @ joint.S[:3] + np.cross(p, angular, axis=0)
+        data.J[:3, span] = R @ joint.S[:3] + hat(p) @ angular
         data.J[3:, span] = angular
 
 
@@ -507,12 +520,9 @@ def computeJointJacobiansTimeVariation(model: Model, data: Data, q: Array, v: Ar
     twists = [np.zeros(6)]
     for i in range(1, model.njoints):
         span = _span(model.joints[i])
-        linear, angular = data.J[:3, span], data.J[3:, span]
         twists.append(twists[model.parents[i]] + data.J[:, span] @ v[span])
         # columns are fixed in the moving body: their rate is the cross product with its twist
-        velocity, omega = twists[i][:3], twists[i][3:]
-        data.dJ[:3, span] = np.cross(omega, linear, axis=0) + np.cross(velocity, angular, axis=0)
-        data.dJ[3:, span] = np.cross(omega, angular, axis=0)
+        data.dJ[:, span] = _rate_along(twists[i]) @ data.J[:, span]
     _move(model, data, v, np.zeros(model.nv))
 
 
@@ -567,10 +577,12 @@ def _move(model: Model, data: Data, v: Array, a: Array) -> None:
         inside, parent = data.inside[i], model.parents[i]
         relative, twist = joint.S @ v[span], data.body_jacobians[i] @ v
         data.v[i].vector[:] = twist
-        change = np.concatenate(
-            [
-                cross(twist[3:], relative[:3]) + cross(twist[:3], relative[3:]),
-                cross(twist[3:], relative[3:]),
-            ]
-        )
-        data.a[i].vector[:] = inside @ data.a[parent].vector + joint.S @ a[span] + change
+        data.along[i] = _rate_along(twist)
+        change = joint.S @ a[span] + data.along[i] @ relative
+        data.a[i].vector[:] = inside @ data.a[parent].vector + change
+
+
+def _rate_along(twist: Array) -> Array:
+    """Return the matrix that maps a twist to its rate where it moves with another, (6, 6)."""
+    matrix: Array = (twist @ _ALONG.reshape(6, 36)).reshape(6, 6)  # one product, not six
+    return matrix
