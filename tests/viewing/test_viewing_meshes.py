@@ -244,6 +244,13 @@ def test_collada_has_its_unit_nodes_and_colors(tmp_path: Path) -> None:
     )
 
 
+def test_a_turn_about_nothing_is_refused(tmp_path: Path) -> None:
+    turned = f"<node><rotate>0 0 0 90</rotate>{SHARED}</node>"
+    path = written(tmp_path, "a.dae", collada(turned, TRIANGLES))
+    with pytest.raises(InputError, match=r"a\.dae: expected a finite vector .* axis of a turn"):
+        read_mesh(path)
+
+
 @pytest.mark.parametrize("primitive", [POLYLIST, POLYGONS])
 def test_collada_polygons_are_cut_into_triangles(tmp_path: Path, primitive: str) -> None:
     (surface,) = read_mesh(written(tmp_path, "a.dae", collada(SHARED, primitive)))

@@ -53,7 +53,6 @@ from mecanique.formats.sources import (
     placement_at,
     refuse_overflow,
     resist_rates,
-    turn_about,
     turn_from_z,
     turn_of,
     turn_of_unit,
@@ -85,7 +84,7 @@ from mecanique.model.forces import (
 from mecanique.model.joint_base import Limits, Single
 from mecanique.model.joints import Fixed, Floating, Joint, Prismatic, Revolute, Spherical
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Placement, pose_of
+from mecanique.model.placement import Placement, pose_of, turn_about
 from mecanique.model.quaternions import conjugate, from_matrices
 from mecanique.model.states import States
 from mecanique.urdf.dialect import UNBOUNDED

@@ -10,7 +10,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
-from mecanique.formats.sources import placement_at, turn_about, unit_vector
+from mecanique.formats.sources import placement_at, unit_vector
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.bodies.visuals import Mesh
@@ -21,6 +21,7 @@ from mecanique.model.forces import Damper, Force, JointDamper, JointSpring, Spri
 from mecanique.model.joint_base import Single
 from mecanique.model.joints import Fixed, Floating, Joint, Planar, Prismatic, Revolute, Spherical
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.placement import turn_about
 from mecanique.urdf.dialect import UNBOUNDED
 from mecanique.urdf.write import axial_steps, law_of_follower
 from mecanique.wording import say_count

@@ -34,7 +34,7 @@ from mecanique.model.forces import (
 from mecanique.model.joints import Floating, Joint, Universal
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.validation import inertia_fault
-from mecanique.model.placement import Placement, pose_of, rpy_of
+from mecanique.model.placement import Placement, pose_of, rpy_of, turn_about
 from mecanique.urdf.findings import Report
 from mecanique.urdf.markup import Element
 from mecanique.urdf.names import Names
@@ -365,13 +365,6 @@ def unit_vector(vector: Array | Sequence[float]) -> Array:
     if not length > 1e-14:
         raise InputError(f"expected a direction with a length, got {np.array(vector).tolist()}")
     return np.asarray(vector, dtype=float) / length
-
-
-def turn_about(axis: Array | Sequence[float], angle: Scalar, functions: Any = math) -> Array:
-    """Rodrigues' formula, R = 1 + sin α K + (1 − cos α) K², in numbers or by sympy in letters."""
-    x, y, z = unit_vector(axis)
-    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.asarray(np.eye(3) + functions.sin(angle) * k + (1 - functions.cos(angle)) * k @ k)
 
 
 def turn_of(quaternion: Array) -> Array:

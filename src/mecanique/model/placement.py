@@ -61,7 +61,7 @@ def vector(components: Vector, what: str) -> tuple[Scalar, Scalar, Scalar]:
     return plain(x), plain(y), plain(z)
 
 
-def unit_vector(components: Vector, what: str) -> tuple[float, float, float]:
+def unit_vector(components: Array | Vector, what: str) -> tuple[float, float, float]:
     """Return three numbers, in any length but zero, as a vector of unit length; components (3,)."""
     try:
         x, y, z = (float(component) for component in components)
@@ -113,6 +113,13 @@ def pose_of(place: Placement) -> Array:
     pose[:3, :3] = place.rotation
     pose[:3, 3] = place.xyz
     return pose
+
+
+def turn_about(axis: Array | Vector, angle: Scalar, functions: Any = math) -> Array:
+    """Rodrigues' formula, R = 1 + sin α K + (1 − cos α) K², in numbers or by sympy in letters."""
+    x, y, z = unit_vector(axis, "the axis of a turn")
+    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.asarray(np.eye(3) + functions.sin(angle) * k + (1 - functions.cos(angle)) * k @ k)
 
 
 def carry(place: Placement, point: Vector) -> tuple[Scalar, Scalar, Scalar]:

@@ -27,6 +27,7 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.files import recognize
 from mecanique.model.bodies.visuals import Rgba
+from mecanique.model.placement import turn_about
 from mecanique.safe_xml import XmlRefusedError, tree_of
 
 MOST_BYTES = 100_000_000
@@ -339,12 +340,9 @@ def _translate(xyz: Array) -> Array:
 
 
 def _rotate(axis_and_angle: Array) -> Array:
-    """Rodrigues' formula: R = 1 + sin α K + (1 − cos α) K²."""
-    x, y, z = axis_and_angle[:3] / np.linalg.norm(axis_and_angle[:3])
-    k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    angle = np.radians(axis_and_angle[3])
+    *axis, angle = axis_and_angle
     pose = np.eye(4)
-    pose[:3, :3] += np.sin(angle) * k + (1 - np.cos(angle)) * k @ k
+    pose[:3, :3] = turn_about(axis, np.radians(angle))
     return pose
 
 

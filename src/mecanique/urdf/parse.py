@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
-from typing import final
+from typing import NamedTuple, final
 
 from mecanique.files import recognize
 from mecanique.safe_xml import Reader, XmlRefusedError
@@ -76,28 +75,15 @@ def _blank_hyphens(raw: bytes) -> bytes:
     return _COMMENT.sub(lambda comment: b"<!--" + comment[1].replace(b"-", b" ") + b"-->", raw)
 
 
-@final
-@dataclass
-class _Open:
-    """An element whose end tag is yet to come."""
+class _Open(NamedTuple):
+    """What an element is made of until its end tag comes, in the order of `Element`."""
 
     tag: str
     attributes: dict[str, str]
+    children: list[Element]
+    text: list[str]
     line: int
     offset: int
-    children: list[Element] = field(default_factory=list)
-    text: list[str] = field(default_factory=list)
-
-    def close(self) -> Element:
-        text = "".join(self.text).strip()
-        return Element(
-            tag=self.tag,
-            attributes=self.attributes,
-            children=tuple(self.children),
-            text=text,
-            line=self.line,
-            offset=self.offset,
-        )
 
 
 @final
@@ -110,12 +96,13 @@ class _Builder:
         self._open: list[_Open] = []
 
     def start(self, tag: str, attributes: dict[str, str], /) -> None:
-        self._open.append(_Open(tag, attributes, self.reader.line, self.reader.offset))
+        self._open.append(_Open(tag, attributes, [], [], self.reader.line, self.reader.offset))
 
     def end(self, _: str, /) -> None:
-        element = self._open.pop().close()
+        tag, attributes, children, text, line, offset = self._open.pop()
         siblings = self._open[-1].children if self._open else self.roots
-        siblings.append(element)
+        inside = "".join(text).strip()
+        siblings.append(Element(tag, attributes, tuple(children), inside, line, offset))
 
     def data(self, text: str, /) -> None:
         if self._open:
