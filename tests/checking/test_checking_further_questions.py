@@ -299,9 +299,12 @@ ANSWERED = (
             *("slider_crank", "kinetic energy"),
             f"m1 r^2 theta'^2/6 + m2 r^2 theta'^2/2 (sin(theta) {sign} r sin(theta) cos(theta)"
             "/sqrt(l^2 - r^2 sin(theta)^2))^2",
-            *(outcome, ""),
+            *(outcome, said),
         )
-        for sign, outcome in (("+", "right"), ("-", "wrong"))
+        for sign, outcome, said in (
+            ("+", "right", "compared where the loops are assembled as from zero"),
+            ("-", "wrong", ""),
+        )
     ),
     # small oscillations about steady motions; E. T. Whittaker, Analytical Dynamics, 1937, § 92
     *(

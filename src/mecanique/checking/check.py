@@ -159,7 +159,8 @@ class Checker:
         text, reading = answer.text, answer.reading
         judged = self._compare(reading, quantity, self.truth, text)
         held = self._hold_numbers(judged, reading, quantity, ask, text)
-        held = held or self._assemble(judged, reading, ask, text)
+        assembled = None if held else self._assemble(judged, reading, ask, text)
+        held = held or assembled
         truth, judged, forms = held or (self.truth, judged, ())
         definitions = reading.letters.defined.items()
         defined = {name: node for name, node in definitions if "'" not in name}
@@ -185,7 +186,7 @@ class Checker:
             causes=tuple(dict.fromkeys(cause for line in lines for cause in line.causes)),
             independent=count_independent(judged),
             needed=1 if quantity.kind == "free body" else judged[0].says.shape[1],
-            notes=(*reading.notes, *quantity.notes),
+            notes=(*reading.notes, *quantity.notes, *([_ASSEMBLED] if assembled else [])),
         )
         if motion:
             equations = [formula.residual for formula in judged if formula.residual is not None]
@@ -335,7 +336,10 @@ class Checker:
         truth = self.truth.assemble(written)
         if truth is None or truth.sample.count == self.truth.sample.count:
             return None
-        again = self._compare(reading, ask_for(truth, ask), truth, text)
+        try:
+            again = self._compare(reading, ask_for(truth, ask), truth, text)
+        except InputError:
+            return None  # there is no such quantity there
         return (truth, again, ()) if all(formula.holds for formula in again) else None
 
     def _explain_numbers(self, reading: ReadText, ask: str, text: str) -> list[tuple[Mistake, ...]]:
@@ -452,6 +456,7 @@ def _name_idle(term: Node | None, text: str) -> str:
 
 
 _VALUES_ONLY = "right for these values of the parameters only"
+_ASSEMBLED = "compared where the loops are assembled as from zero"
 
 
 def _with_form(check: Check, *forms: str) -> Check:

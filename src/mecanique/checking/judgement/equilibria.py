@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.arrays import Array
-from mecanique.checking.budget import stop_clock
+from mecanique.checking.budget import spend, stop_clock
 from mecanique.checking.grammar.conditions import IF, Condition
 from mecanique.checking.grammar.reader import Statement, name_values
 from mecanique.checking.grammar.tape import FormulaTape, Rows, find_rounding, find_sign_changes
@@ -565,13 +565,17 @@ def _judge_limits(positions: list[Position], known: Equilibria) -> list[Position
     """Return the positions, those with the fault that are equilibria outside their limits, too."""
     judged = list[Position]()
     for position in positions:
-        outside, fault = position.outside, ""
-        if outside is not None and not outside.worst:
-            for k, state in enumerate(outside.values[_STATE]):
-                there = np.array([[outside.values[name][k] for name in known.felt]])
-                if not known.cover(positions, there, int(state)).any():
-                    fault = f"it is an equilibrium not only where {position.limits[0].said}"
-        judged.append(replace(position, fault=position.fault or fault))
+        outside, fault = position.outside, position.fault
+        if outside is None or outside.worst or fault:
+            judged.append(position)
+            continue
+        for k, state in enumerate(outside.values[_STATE]):
+            spend()
+            there = np.array([[outside.values[name][k] for name in known.felt]])
+            if not known.cover(positions, there, int(state)).any():
+                fault = f"it is an equilibrium not only where {position.limits[0].said}"
+                break
+        judged.append(replace(position, fault=fault))
     return judged
 
 
