@@ -14,7 +14,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.errors import UnknownNameError
-from mecanique.figure.coordinates import coordinates, lengths
+from mecanique.figure.coordinates import _spans, coordinates, lengths
 from mecanique.figure.draw import figure_tex, figure_text
 from mecanique.figure.freebody import cut_free, fit_body
 from mecanique.figure.mechanism import (
@@ -480,6 +480,26 @@ def test_angles_that_are_zero_have_their_arcs_too() -> None:
     marks = [mark for mark in coordinates(seen("whipple_bicycle")) if isinstance(mark, Words)]
     words = {"".join(text for text, _ in mark.parts) for mark in marks}
     assert {"yaw", "roll", "pitch", "steer"} <= words
+
+
+def test_wheelbase_and_trail_are_measured_on_the_ground() -> None:
+    """The trail is how far the steering axis meets the ground ahead of the front wheel's foot."""
+    shown = seen("whipple_bicycle")
+    words = [mark.parts for mark in figure(shown) if isinstance(mark, Words)]
+    assert rich("w") in words
+    assert rich("c") in words
+    assert not any("wheelbase" in part[0] for parts in words for part in parts)
+    values = shown.mechanism.values
+    w, c, ground = values["w"], values["c"], -values["rR"]
+    feet = {"w": {(0.0, ground), (w, ground)}, "c": {(w, ground), (w + c, ground)}}
+    upright = replace(shown, poses=shown.reference.poses(np.zeros(shown.mechanism.nq), 0.0))
+    ends = {
+        span.name: {(round(x, 9) + 0.0, round(z, 9)) for x, _, z in (span.a, span.b)}
+        for span in _spans(upright)
+    }
+    assert {name: ends[name] for name in feet} == feet
+    leaning = [end for span in _spans(shown) if span.name in feet for end in (span.a, span.b)]
+    np.testing.assert_allclose([z for _, _, z in leaning], 0.0, atol=1e-9)
 
 
 def test_a_spring_ends_at_the_dot_of_its_mass() -> None:

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Literal, TypeAlias, final
 
 import numpy as np
@@ -36,6 +37,7 @@ from mecanique.model import quaternions
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.visuals import Box, Cylinder
 from mecanique.model.constraint_base import PressingContact
+from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.constraints.friction import Contact
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.expression import Vector, plain, symbols_in
@@ -152,6 +154,40 @@ def _spans(setting: Setting) -> Iterator[_Span]:
             edges = solid.corners.reshape(2, -1, 3)
             name = setting.name(solid.geometry.length)
             yield _Span(name, *_find_edge(setting, edges), "edge")
+    yield from _tracks(setting)
+
+
+def _tracks(setting: Setting) -> Iterator[_Span]:
+    """Distances on the ground that are a letter where all coordinates are zero, as a wheelbase."""
+    mechanism = setting.mechanism
+    wheels = [c for c in mechanism.contacts if isinstance(c, Rolling) and c.axis is not None]
+    if len(wheels) < 2 or mechanism.quaternions:
+        return
+    upright = setting.reference.poses(np.zeros(mechanism.nq), setting.t)
+    here = _marks_on_ground(setting, wheels)
+    there = _marks_on_ground(replace(setting, poses=upright), wheels)
+    lengths = {p.value: p.symbol for p in mechanism.parameters if p.unit == "m" and p.value}
+    for i, j in combinations(range(len(here)), 2):
+        far = float(np.linalg.norm(there[j] - there[i]))
+        for length, symbol in lengths.items():
+            if math.isclose(far, length, rel_tol=1e-9):
+                yield _Span(symbol, here[i], here[j], "place")
+
+
+def _marks_on_ground(setting: Setting, wheels: Sequence[Rolling]) -> list[Floats]:
+    """Return where wheels stand, and where axes of hinges meet the plane of the first."""
+    marks = list[Floats]()
+    for wheel in wheels:
+        up = setting.frame(wheel.on, wheel.plane)[:3, 2]
+        axis = setting.poses[setting.index(wheel.body), :3, :3] @ np.array(wheel.axis)
+        rise = unit3(up - (up @ axis) * axis)
+        center = setting.point(wheel.body, wheel.center)
+        marks.append(center - setting.mechanism.evaluate(wheel.radius) * rise)
+    for joint in setting.mechanism.joints:
+        if isinstance(joint, Revolute) and abs(steep := float(setting.axis(joint) @ up)) > 0.5:
+            seat = setting.seat(joint)
+            marks.append(seat - (seat - marks[0]) @ up / steep * setting.axis(joint))
+    return marks
 
 
 def _places(setting: Setting) -> Iterator[tuple[str, Vector, SpanKind]]:
