@@ -45,7 +45,7 @@ def inertia_stages(kinematics: Kinematics, spread: Sequence[str] = ()) -> list[S
     letters = {left.symbol[0] for left in lefts_of(results)}
     at = "; in that frame the center is at c" if "c" in letters else ""
     said = [
-        "The moments of inertia of a body are those about its center of mass, along the axes "
+        "The moments of inertia I of a body are those about its center of mass, along the axes "
         f"of its own frame that it turns about{at}.",
         *_say_forms(turning),
     ]
