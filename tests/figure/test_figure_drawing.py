@@ -499,7 +499,7 @@ def test_wheelbase_and_trail_are_measured_on_the_ground() -> None:
     }
     assert {name: ends[name] for name in feet} == feet
     leaning = [end for span in _spans(shown) if span.name in feet for end in (span.a, span.b)]
-    np.testing.assert_allclose([z for _, _, z in leaning], 0.0, atol=1e-9)
+    np.testing.assert_allclose([z for _, _, z in leaning], 0.0, rtol=0.0, atol=1e-9)
 
 
 def test_a_spring_ends_at_the_dot_of_its_mass() -> None:

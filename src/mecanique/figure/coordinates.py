@@ -37,7 +37,6 @@ from mecanique.model import quaternions
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.visuals import Box, Cylinder
 from mecanique.model.constraint_base import PressingContact
-from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.constraints.friction import Contact
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.expression import Vector, plain, symbols_in
@@ -160,7 +159,9 @@ def _spans(setting: Setting) -> Iterator[_Span]:
 def _tracks(setting: Setting) -> Iterator[_Span]:
     """Distances on the ground that are a letter where all coordinates are zero, as a wheelbase."""
     mechanism = setting.mechanism
-    wheels = [c for c in mechanism.contacts if isinstance(c, Rolling) and c.axis is not None]
+    wheels = [
+        c for c in mechanism.contacts if isinstance(c, PressingContact) and c.axis is not None
+    ]
     if len(wheels) < 2 or mechanism.quaternions:
         return
     upright = setting.reference.poses(np.zeros(mechanism.nq), setting.t)
@@ -174,7 +175,7 @@ def _tracks(setting: Setting) -> Iterator[_Span]:
                 yield _Span(symbol, here[i], here[j], "place")
 
 
-def _marks_on_ground(setting: Setting, wheels: Sequence[Rolling]) -> list[Floats]:
+def _marks_on_ground(setting: Setting, wheels: Sequence[PressingContact]) -> list[Floats]:
     """Return where wheels stand, and where axes of hinges meet the plane of the first."""
     marks = list[Floats]()
     for wheel in wheels:
