@@ -26,9 +26,13 @@ def pytest_xdist_auto_num_workers() -> int | None:
 
 
 def pytest_configure() -> None:
-    """Keep what is compiled, or each of some hundred processes compiles the whole package anew."""
+    """Keep what is compiled, or each of some hundred processes compiles the whole package anew.
+
+    Robots that somebody has fetched are none of the tests'.
+    """
     sys.dont_write_bytecode = False
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    os.environ["ROBOT_DESCRIPTIONS_CACHE"] = os.devnull
 
 
 @pytest.fixture
