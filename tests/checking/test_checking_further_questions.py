@@ -302,7 +302,7 @@ ANSWERED = (
             *(outcome, said),
         )
         for sign, outcome, said in (
-            ("+", "right", "compared where the loops are assembled as from zero"),
+            ("+", "right", "compared for loops that are assembled starting from zero"),
             ("-", "wrong", ""),
         )
     ),
@@ -639,6 +639,19 @@ def test_remarks_on_several_coordinates_are_read(text: str, outcome: str, said: 
 def test_what_falls_has_no_steady_motion() -> None:
     with pytest.raises(mq.InputError, match="x' keeps 'free_planar_body' steady in none"):
         mq.check(mq.textbook.load("free_planar_body"), "x' = 1", "steady motion")
+
+
+def test_what_nothing_acts_on_is_steady_at_any_rate() -> None:
+    with pytest.raises(mq.InputError, match="with any theta' the motion is steady"):
+        mq.check(mq.textbook.load("particle_on_circle"), "theta' = 1", "steady motion")
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_steady_motions_are_judged_at_any_size(scale: float) -> None:
+    governor = mq.textbook.load("governor", l=0.5 * scale, a=0.4 * scale)
+    text = "psi'^2 = 2 ((m + M) g - k (s - a))/(m s)"
+    assert mq.check(governor, text, "steady motion").right
+    assert mq.check(governor, text.replace("M", "2 M"), "steady motion").outcome == "wrong"
 
 
 def test_forces_that_nothing_determines_are_not_asked_for() -> None:

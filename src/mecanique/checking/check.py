@@ -456,7 +456,7 @@ def _name_idle(term: Node | None, text: str) -> str:
 
 
 _VALUES_ONLY = "right for these values of the parameters only"
-_ASSEMBLED = "compared where the loops are assembled as from zero"
+_ASSEMBLED = "compared for loops that are assembled starting from zero"
 
 
 def _with_form(check: Check, *forms: str) -> Check:

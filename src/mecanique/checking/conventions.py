@@ -14,7 +14,7 @@ from typing import final
 
 import numpy as np
 
-from mecanique.checking.grammar.conditions import CONDITION
+from mecanique.checking.grammar.conditions import CONDITION, STABLE
 from mecanique.checking.grammar.letters import Kind, KnownLetters, key_of
 from mecanique.checking.grammar.reader import ReadText, define, eliminate, read_answer
 from mecanique.checking.grammar.states import write_states_out
@@ -375,8 +375,7 @@ _FIRST_MARK, _MARK = 0xE000, r"[\ue000-\uf8ff]"
 """Signs that have no meaning of their own, and stand for conditions."""
 
 _STABILITY = re.compile(
-    r"(?<![ ,:])[ ,:]*(?:\((?:is |are )?|\b(?:is |are )?)(?:un|in|not )?(?:stable|stabil|labil)\b"
-    rf"{_MARK}*\)?"
+    rf"(?<![ ,:])[ ,:]*(?:\((?:is |are )?|\b(?:is |are )?)(?:{STABLE}){_MARK}*\)?"
 )
 """What is said of the stability of a position."""
 

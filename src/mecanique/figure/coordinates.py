@@ -71,6 +71,12 @@ ROOMY = 26.0
 JOINT_ROOM = 14.0
 """Space that a joint takes up around itself [pt]."""
 
+SAME_LENGTH = 1e-9
+"""Lengths that differ by a smaller part are the same, up to rounding."""
+
+STEEP = 0.5
+"""Sine of the angle to the ground beyond which an axis meets it near its wheel."""
+
 BELOW_LEFT = np.array([-1.0, 0.6])
 """Where a mass is written in a solid whose middle is occupied, and at the rim of a ring."""
 
@@ -171,23 +177,23 @@ def _tracks(setting: Setting) -> Iterator[_Span]:
     for i, j in combinations(range(len(here)), 2):
         far = float(np.linalg.norm(there[j] - there[i]))
         for length, symbol in lengths.items():
-            if math.isclose(far, length, rel_tol=1e-9):
+            if math.isclose(far, length, rel_tol=SAME_LENGTH):
                 yield _Span(symbol, here[i], here[j], "place")
 
 
 def _marks_on_ground(setting: Setting, wheels: Sequence[PressingContact]) -> list[Floats]:
     """Return where wheels stand, and where axes of hinges meet the plane of the first."""
-    marks = list[Floats]()
-    for wheel in wheels:
-        up = setting.frame(wheel.on, wheel.plane)[:3, 2]
+    marks, ups = list[Floats](), [setting.frame(w.on, w.plane)[:3, 2] for w in wheels]
+    for wheel, up in zip(wheels, ups, strict=True):
         axis = setting.poses[setting.index(wheel.body), :3, :3] @ np.array(wheel.axis)
         rise = unit3(up - (up @ axis) * axis)
         center = setting.point(wheel.body, wheel.center)
         marks.append(center - setting.mechanism.evaluate(wheel.radius) * rise)
     for joint in setting.mechanism.joints:
-        if isinstance(joint, Revolute) and abs(steep := float(setting.axis(joint) @ up)) > 0.5:
+        steep = float(setting.axis(joint) @ ups[0]) if isinstance(joint, Revolute) else 0.0
+        if abs(steep) > STEEP:
             seat = setting.seat(joint)
-            marks.append(seat - (seat - marks[0]) @ up / steep * setting.axis(joint))
+            marks.append(seat - (seat - marks[0]) @ ups[0] / steep * setting.axis(joint))
     return marks
 
 

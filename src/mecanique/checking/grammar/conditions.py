@@ -35,9 +35,13 @@ CONDITION = re.compile(
 """A condition after one of these words, or alone in brackets."""
 
 
+STABLE = r"(?<![A-Za-z])(?:un|in|not |nicht )?stab(?:le|il)(?![a-z])|(?<![A-Za-z])labil(?![a-z])"
+"""What is said of stability; a word that does not begin with "stab" denies it."""
+
+
 @final
 @dataclass(frozen=True)
-class Condition:
+class ParameterCondition:
     """What must hold for parameters."""
 
     said: str  # as it was written

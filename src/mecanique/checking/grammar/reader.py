@@ -17,7 +17,7 @@ from lark.lexer import Lexer
 from lark.visitors import Transformer_NonRecursive, v_args
 
 from mecanique.checking.grammar import tree
-from mecanique.checking.grammar.conditions import CONDITION, Condition, split_relation
+from mecanique.checking.grammar.conditions import CONDITION, ParameterCondition, split_relation
 from mecanique.checking.grammar.letters import Kind, KnownLetters, key_of
 from mecanique.checking.grammar.mathml import is_mathml, text_of
 from mecanique.checking.grammar.scanner import CLOSE, OPEN, Scanner, Token
@@ -311,7 +311,7 @@ class Statement:
     sides: tuple[Node, ...]  # the formulas between the equals signs
     text: str  # the statement as it was written
     start: int  # its position in the whole text
-    conditions: tuple[Condition, ...] = ()  # on parameters, under which it is said to hold
+    conditions: tuple[ParameterCondition, ...] = ()  # on parameters, under which it is said to hold
 
     @property
     def is_equation(self) -> bool:
@@ -425,7 +425,7 @@ def read_answer(text: str, letters: KnownLetters, *, conditional: bool = False) 
     return ReadText(tuple(statements), scanner.letters, tuple(notes))
 
 
-def _read_condition(match: re.Match[str], letters: KnownLetters) -> Condition | None:
+def _read_condition(match: re.Match[str], letters: KnownLetters) -> ParameterCondition | None:
     """Return a condition on parameters; None if it is none that can be read."""
     said = match["said"] or match["alone"]
     falling = list[Node]()
@@ -439,14 +439,16 @@ def _read_condition(match: re.Match[str], letters: KnownLetters) -> Condition | 
         if len(statements) > 1 or len(statements[0].sides) > 1 or known - {"parameter", "constant"}:
             return None
     start = match.end() - len(match[0].lstrip(" ,;"))
-    return Condition(said.strip(), start, tuple(falling)) if falling else None
+    return ParameterCondition(said.strip(), start, tuple(falling)) if falling else None
 
 
 _BEGINS = re.compile(r"(?:^|[\n.;:]|\b(?:and|und|et|y),?)[ $,]*$")
 """What stands before a condition with which a sentence or a part of one begins."""
 
 
-def _restrict(statements: Sequence[Statement], condition: Condition, text: str) -> list[Statement]:
+def _restrict(
+    statements: Sequence[Statement], condition: ParameterCondition, text: str
+) -> list[Statement]:
     """Return lines, with a condition those that it is stated for.
 
     That is the one before it, or, where it begins a sentence, all that follow in its line; where

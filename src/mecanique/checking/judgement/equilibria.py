@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.checking.budget import spend, stop_clock
-from mecanique.checking.grammar.conditions import IF, Condition
+from mecanique.checking.grammar.conditions import IF, STABLE, ParameterCondition
 from mecanique.checking.grammar.reader import Statement, name_values
 from mecanique.checking.grammar.tape import FormulaTape, Rows, find_rounding, find_sign_changes
 from mecanique.checking.grammar.tree import Node, add, negate
@@ -420,14 +420,14 @@ class Position:
     fault: str  # why it is no position, or empty
     values: dict[str, Array]  # the letters there, each shape (n,)
     given: Collection[str] = ()  # the coordinates that are named
-    limits: tuple[Condition, ...] = ()  # on parameters, under which it is said to be one
+    limits: tuple[ParameterCondition, ...] = ()  # on parameters, under which it is said to be one
     outside: Position | None = None  # the same in states in which the limits do not hold
     rounding: str = ""  # the rounded number in it
     # which of the true positions of a state it is, shape (k, positions)
     says: Array = field(default_factory=lambda: np.ones((1, 1)))
 
     @property
-    def conditions(self) -> tuple[Condition, ...]:
+    def conditions(self) -> tuple[ParameterCondition, ...]:
         """The conditions on parameters in its lines."""
         return tuple(condition for line in self.statements for condition in line.conditions)
 
@@ -475,8 +475,7 @@ def judge_positions(
 
 
 _STABILITY = re.compile(
-    r"(?<![A-Za-z])(?P<all>(?:both|all|alle|beide)(?: (?:are|sind))? )?"
-    r"(?:(?P<other>un|in|not |nicht )?stab(?:le|il)|(?P<falls>labil))(?![a-z])"
+    rf"(?P<all>\b(?:both|all|alle|beide)(?: (?:are|sind))? )?(?P<word>{STABLE})"
     r"(?! (?:sinon|sonst|otherwise|else)\b)",
     re.IGNORECASE,
 )
@@ -504,22 +503,22 @@ def _judge_stability(positions: list[Position], known: Equilibria, text: str) ->
             if condition is None and _LIMITED.match(text, said.end()):
                 continue  # a condition that is none on parameters
             states = known.find_stability(position.values)
-            claim = -1 if said["other"] or said["falls"] else 1
+            claim = 1 if said["word"].lower().startswith("stab") else -1
             fault = _find_unstable(states, claim, condition, position.values)
             judged[k] = replace(judged[k], fault=judged[k].fault or fault)
     return judged
 
 
-def _follows(condition: Condition, said: re.Match[str], text: str) -> bool:
+def _follows(condition: ParameterCondition, said: re.Match[str], text: str) -> bool:
     """Whether a condition is one of what is said of the stability."""
     return said.end() <= condition.start and not text[said.end() : condition.start].strip(" ,;(")
 
 
 def _find_unstable(
-    states: Array, claim: int, condition: Condition | None, values: Mapping[str, Array]
+    states: Array, claim: int, condition: ParameterCondition | None, values: Mapping[str, Array]
 ) -> str:
     """Return what contradicts a claim of stability, 1, or instability, −1, "" if nothing does."""
-    words = {1: "it is stable", -1: "it is not stable", 0: ""}
+    words = {1: "it is stable", -1: "it is not stable"}
     if condition is None:
         return words[-claim] if len(states) and (states == -claim).all() else ""
     holds = condition.holds(values, len(states))
@@ -557,7 +556,7 @@ def _look_outside(
     return replace(limited, limits=tuple(limits), outside=outside)
 
 
-def _is_of_stability(condition: Condition, text: str) -> bool:
+def _is_of_stability(condition: ParameterCondition, text: str) -> bool:
     return any(_follows(condition, said, text) for said in _STABILITY.finditer(text))
 
 

@@ -15,7 +15,7 @@ from mecanique.checking.grammar.reader import read
 from mecanique.checking.grammar.tape import FormulaTape
 from mecanique.checking.judgement.equilibria import INTEGERS, Equilibria, equilibria_of
 from mecanique.checking.judgement.release import release
-from mecanique.checking.judgement.steady import SteadyMotions
+from mecanique.checking.judgement.steady import INDEPENDENT, SteadyMotions
 from mecanique.checking.judgement.truth import Sample, SeriesValues, Truth
 from mecanique.derivation import derive
 from mecanique.derivation.scalars.series import Series
@@ -576,9 +576,6 @@ QUESTIONS = (_MOTION[0], *_QUESTIONS)
 _ROUNDING = 1e-12
 """Rates of momenta below this part of the momenta, per second, are rounding."""
 
-_INDEPENDENT = 1e-9
-"""A constraint with a smaller part of the largest slope repeats others."""
-
 _UNDAMPED = "the damping is missing"
 _FEWEST = 3
 """Least number of states in which a position is an equilibrium, and stable."""
@@ -690,7 +687,7 @@ def linear_matrices(
     free = np.broadcast_to(np.eye(nv), (n, nv, nv))
     if truth.multipliers:
         columns, sizes, _ = np.linalg.svd(here.slopes(truth.balance, truth.multipliers))
-        held = np.sum(sizes > _INDEPENDENT * sizes[:, :1], axis=1)
+        held = np.sum(sizes > INDEPENDENT * sizes[:, :1], axis=1)
         free = columns[:, :, held.max() :]
         M, C, K = (free.transpose(0, 2, 1) @ matrix @ free for matrix in (M, C, K))
         known &= held == held.max()

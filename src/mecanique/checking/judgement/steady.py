@@ -13,10 +13,10 @@ from mecanique.checking.judgement.truth import Truth
 from mecanique.errors import InputError
 
 _ROUNDING = 1e-12
-"""Forces of motions at unit rates that are smaller than this are rounding, in SI units."""
+"""Forces below this part of those in random motions are rounding."""
 
-_INDEPENDENT = 1e-9
-"""Columns of constraints with a smaller singular value repeat others."""
+INDEPENDENT = 1e-9
+"""A constraint with a smaller part of the largest slope repeats others."""
 
 
 @final
@@ -71,7 +71,7 @@ class SteadyMotions:
 
     def choose(self) -> dict[str, Array]:
         """Return the letters of one steady motion in each state; NaN where there is none."""
-        truth, refusal = self._truth, InputError("")
+        truth = self._truth
         if truth.multipliers:
             raise InputError(
                 f"small motions about steady ones of {truth.mechanism.name!r}, which has "
@@ -80,9 +80,10 @@ class SteadyMotions:
         for name in self.rates:
             try:
                 return self.at({name: self.find_rates(name)[1]})
-            except InputError as error:
-                refusal = error
-        raise refusal
+            except InputError:
+                if name == self.rates[-1]:
+                    raise
+        raise AssertionError("there are rates")
 
     def balance(self, values: Mapping[str, Array]) -> Array:
         """Return the forces that are left along displacements that constraints allow, (k, n)."""
@@ -94,11 +95,15 @@ class SteadyMotions:
     def find_rates(self, name: str) -> Array:
         """Return both values of a rate in each state, shape (2, n); NaN where there are none."""
         rows = np.array([self.balance(self.at({name: turning})) for turning in (-1.0, 0.0, 1.0)])
-        acting = np.flatnonzero(np.abs(rows).max(axis=(0, 2)) > _ROUNDING)
-        if len(acting) != 1:
+        sample = self._truth.sample
+        usual = np.abs(sample.bias - sample.forces).max(initial=0.0)
+        acting = np.flatnonzero(np.abs(rows).max(axis=(0, 2)) > _ROUNDING * usual)
+        if len(acting) > 1:
             raise InputError(
                 "the steady motions follow from several conditions; ask for equilibrium"
             )
+        if not len(acting):
+            raise InputError(f"with any {name} the motion is steady; there is nothing to ask for")
         below, rest, above = rows[:, acting[0]]
         square, linear = (above + below) / 2 - rest, (above - below) / 2
         with np.errstate(all="ignore"):
@@ -117,9 +122,10 @@ def _solve(rows: Array, order: Sequence[int]) -> tuple[list[int], list[int], Arr
     Returns them, the others, and what x is for unit values of these, shape (n, k, others).
     """
     following = list[int]()
+    least = INDEPENDENT * np.abs(rows[0]).max(initial=0.0)
     for k in order:
         columns = rows[0][:, [*following, k]]
-        if np.linalg.matrix_rank(columns, _INDEPENDENT) > len(following):
+        if np.linalg.matrix_rank(columns, least) > len(following):
             following.append(k)
     n, _, count = rows.shape
     others = [k for k in range(count) if k not in following]

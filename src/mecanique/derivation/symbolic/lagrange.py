@@ -182,7 +182,7 @@ def energy_integral(
     lagrange: Lagrange, *, by_squares: bool = True, square: Series | None = None
 ) -> list[Stage]:
     """Return the step that states the conserved energy, if L does not depend on time."""
-    # The part of T that is quadratic in the velocities may be given in other letters
+    # the part of T that is quadratic in the velocities may be given in other letters
     T, V, gravity, works = lagrange.T, lagrange.V, lagrange.gravity, lagrange.works
     ties, squares = lagrange.ties, collect_squares(lagrange.squares) if by_squares else ()
     # If a prescribed motion adds terms of degree 0 or 1 in the velocities to T, the conserved
