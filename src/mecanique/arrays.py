@@ -22,6 +22,11 @@ def spread(length: int, most: int) -> npt.NDArray[np.intp]:
     return np.linspace(0, length - 1, min(most, length)).astype(int)
 
 
+def rank_of(sizes: np.ndarray, part: float) -> int:
+    """Return how many singular values, which descend, exceed a part of the largest."""
+    return int((sizes > part * sizes[0]).sum()) if sizes.size else 0
+
+
 def cross(a: Array, b: Array) -> Array:
     """Return a × b, shapes (…, 3); NumPy's own takes several times as long for one vector."""
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]

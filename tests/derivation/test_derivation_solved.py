@@ -713,3 +713,18 @@ def test_the_energy_of_a_loop_is_that_of_its_referred_inertia(name: str) -> None
     (line,) = reduced.energy[0].results
     assert evaluate(line.right) == pytest.approx(evaluate(stage.results[0].right), rel=1e-12)
     assert line.write(Text()).startswith(f"E = J {reduced.coordinate}'^2/2 ")
+
+
+def test_a_loop_holds_what_hangs_from_an_inclined_slide() -> None:
+    """3 s/5 = sin u and 4 s/5 = 1 - cos u: with s from the first, the second holds u alone."""
+    block = mq.box(1.0, (0.1, 0.1, 0.1))
+    inclined = mq.Mechanism(
+        "inclined",
+        bodies=(mq.Body("ground"), mq.Body("block", block), mq.Body("bar", block)),
+        joints=(
+            mq.Prismatic("s", "ground", "block", axis=(0.6, 0, 0.8)),
+            mq.Revolute("u", "block", "bar", axis=(0, 1, 0)),
+        ),
+        loops=(mq.Loop.pin("end", "bar", (0, 0, -1), "ground", (0, 0, -1)),),
+    )
+    assert [*solution.find_still(Lagrange(inclined).derivation())] == ["u", "u'"]

@@ -273,6 +273,9 @@ def test_a_top_precesses_slowly_or_fast_and_sleeps() -> None:
     precession = lines("gyroscope", "Steady precession")
     assert len(precession) == 5
     assert precession[2] == "phi' ≈ w g d/p_psi"
+    # V_eff = (p - p_psi cos(theta))^2/(2 D) + V with D = J_phi + J_theta sin(theta)^2
+    nutation = "p_psi^2 sin(theta)^2/(J_theta (J_phi + J_theta sin(theta)^2))"
+    assert precession[4] == f"omega^2 ≈ {nutation}"
 
 
 def test_sections_have_titles_and_letters_in_every_format() -> None:

@@ -118,3 +118,22 @@ def test_integrability_is_that_of_frobenius(psi: Series, words: str) -> None:
     assert words in stage.explanation
     assert ("must not be substituted into T" in stage.explanation) == (words != "can be integrated")
     assert "Φ" not in stage.explanation
+
+
+@pytest.mark.parametrize(
+    ("curved", "words"),
+    [
+        (False, "cannot be integrated"),  # a loop that gives z leaves y free
+        (True, "need not be integrable"),  # one that may hold y may hold it where y^2 is constant
+    ],
+)
+def test_what_a_loop_may_hold_does_not_tell_whether_rolling_can_be_integrated(
+    curved: bool, words: str
+) -> None:
+    """w' = y^2 x' has the bracket 2 y, which vanishes at y = 0 alone."""
+    ring = Ring()
+    _, y, z, _ = (ring.coordinate(name) for name in "xyzw")
+    loop = Tie("c", (sin(z) if curved else z) - sin(y), ring.parameter("lambda_c"), "pull")
+    psi = ring["w'"] - y * y * ring["x'"]
+    rolls = Tie("k", psi, ring.parameter("lambda_k"), "push", of_velocities=True)
+    assert words in loop_stages([loop, rolls])[-1].explanation

@@ -32,6 +32,7 @@ from mecanique.verification import compare as sources
 from mecanique.verification.causes.evidence import (
     Amount,
     Evidence,
+    Hypothesis,
     deviations,
     say_turn,
     turn_about,
@@ -570,6 +571,42 @@ def test_a_pair_that_explains_all_stands_alone(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(search, "_find_pair", lambda *_: pair)
     states = random_states(pendulum, 4, 0)
     assert causes_of(pendulum, states, told_by(damped)(states)) == (pair,)
+
+
+def test_a_small_mistake_beside_a_large_one_must_remove_what_that_leaves(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A pair counts if it leaves a ten-thousandth of what is left beside the large one alone."""
+    pendulum = mq.textbook.load("rigid_bar_pendulum")
+    damped = replace(pendulum, forces=(mq.JointDamper("damper", "pin", 0.3),))
+    search = sys.modules["mecanique.verification.causes.search"]
+    large = LikelyCause("one", "", "large", 1.0, 1e-9)
+    monkeypatch.setattr(search, "_rank", lambda *_: (large,))
+    limits = list[float]()
+    monkeypatch.setattr(search, "_find_pair", lambda *given: limits.append(given[-1]))
+    states = random_states(pendulum, 4, 0)
+    assert causes_of(pendulum, states, told_by(damped)(states)) == (large,)
+    assert limits == [pytest.approx(1e-13, rel=1e-9)]
+
+
+@pytest.mark.parametrize(("links", "starts"), [(7, 6), (13, 2)])
+def test_the_search_for_pairs_begins_in_few_places_of_a_long_chain(
+    links: int, starts: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Six places, and two with more than twelve velocities, the most promising first."""
+    chain = mq.textbook.load("n_link_pendulum", n=links)
+    search = sys.modules["mecanique.verification.causes.search"]
+    places = list[str]()
+    monkeypatch.setattr(search, "_alternate", lambda _, first, __: places.append(first.where))
+    evidence = evidence_of(chain, told_by(chain.replace(g=9.0)))
+    names = [body.name for body in chain.bodies[1:]]
+    away = evidence.tau - evidence.base
+    changes = [
+        Hypothesis("link mass", name, name, evidence.base + k / links * away)
+        for k, name in enumerate(names)
+    ]
+    assert search._find_pair(evidence, changes, 1e-9) is None
+    assert places == names[: -1 - starts : -1]
 
 
 def test_a_damper_and_a_mass_are_named_together() -> None:

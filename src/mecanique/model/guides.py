@@ -22,6 +22,7 @@ from typing import Any, final
 
 import numpy as np
 
+from mecanique.arrays import rank_of
 from mecanique.model.constraints.cords import Belt, Cord
 from mecanique.model.constraints.elements import force_names
 from mecanique.model.constraints.gears import Gear, Rack
@@ -93,7 +94,7 @@ def guides_of(mechanism: Mechanism) -> tuple[Guide, ...]:
 def _ties(mechanism: Mechanism, names: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
     """The joint coordinates that guides tie together, group by group."""
     left, sizes, _ = np.linalg.svd(_slopes(mechanism, names))
-    rank = int((sizes > _NONE * sizes.max(initial=_NONE)).sum())
+    rank = rank_of(sizes, _NONE)
     # onto the forces that do no work; it splits into blocks where they do
     projector = np.abs(left[:, rank:] @ left[:, rank:].T) > _NONE
     waiting = [k for k in range(len(names)) if projector[k, k]]

@@ -25,6 +25,11 @@ def rotate(turns: Array, vectors: Array) -> Array:
     return rotated
 
 
+def rank_of(sizes: Array, part: float, least: float = 0.0) -> int:
+    """Return how many singular values or pivots, which descend, exceed a part of the largest."""
+    return int((sizes > max(part * sizes[0], least)).sum()) if sizes.size else 0
+
+
 def turn_about(axis: Array, cos: npt.ArrayLike, sin: npt.ArrayLike) -> Array:
     """Return rotations about a unit vector, shape (…, 3, 3) (Rodrigues)."""
     K = hat(axis)

@@ -44,7 +44,7 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
-from mecanique.arrays import Array
+from mecanique.arrays import Array, rank_of
 from mecanique.derivation.mechanics.chart import JointMotion
 from mecanique.derivation.numeric.constraints.rows import Constraints, Held
 from mecanique.derivation.numeric.paths import driven_paths
@@ -175,7 +175,7 @@ def _of_loops(
         lengths = np.where(lengths > 0, lengths, 1.0)
         J, gamma = J / lengths[:, None], gamma / lengths
         left, sizes, right = np.linalg.svd(J)
-        rank = int((sizes > _RANK).sum())  # rows have length one
+        rank = rank_of(sizes, _RANK)
         N = right[rank:].T
         inverse = (right[:rank].T / sizes[:rank]) @ left[:, :rank].T
         by_force = N @ np.linalg.pinv(N.T @ M @ N, rcond=1e-14, hermitian=True) @ N.T

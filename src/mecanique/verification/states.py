@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from mecanique.arrays import Array, median
+from mecanique.arrays import Array, median, rank_of
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.symbolic.derivation import Assumption
@@ -152,8 +152,8 @@ def closed_states(mechanism: Mechanism, q: Array, v: Array, t: Array) -> ClosedS
         if closed.closures.contacts.margins.min(initial=1.0) < _DETERMINED:
             continue
         sizes = np.linalg.svd(J, compute_uv=False)
-        acting = sizes[sizes > _RANK * sizes.max(initial=0.0)]
-        kept.append((k, position, velocity, float(acting.min(initial=1.0)), len(acting)))
+        rank = rank_of(sizes, _RANK)
+        kept.append((k, position, velocity, float(sizes[:rank].min(initial=1.0)), rank))
     if not kept:
         return ClosedStates(q[:0], v[:0], np.arange(0), 0)
     at, positions, velocities, least, ranks = map(np.array, zip(*kept, strict=True))

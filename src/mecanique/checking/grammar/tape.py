@@ -27,7 +27,7 @@ Rows: TypeAlias = npt.NDArray[np.intp]
 """Numbers of states, or of paths."""
 
 _MOST_NUMBERS = 2_000_000
-"""Largest number of values of parts that are kept at once, in 16 MB."""
+"""Largest number of values of parts kept at once: 16 MB, and as much for sizes and slopes each."""
 
 
 @final
@@ -106,7 +106,7 @@ class FormulaTape:
 
     def slopes(self, values: FormulaValues) -> list[Array]:
         """Return the derivative of the whole with respect to each part, each shape (n,)."""
-        slopes: list[Array] = [np.zeros_like(values.whole) for _ in self.nodes]
+        slopes = [np.zeros_like(values.whole)] * len(self.nodes)
         slopes[-1] = np.ones_like(values.whole)
         with np.errstate(all="ignore"):
             for k in range(len(self.nodes) - 1, -1, -1):

@@ -737,8 +737,8 @@ def _evaluate(tape: FormulaTape, _: str, place: _Place, states: Rows, numbers: A
 
 
 def _slope(tape: FormulaTape, name: str, place: _Place, states: Rows, numbers: Array) -> Array:
-    values = tape.evaluate(place(states, numbers), len(numbers))
-    return np.asarray(tape.along(tape.slopes(values), name))
+    blocks = tape.blocks(place(states, numbers), len(numbers))
+    return np.concatenate([tape.along(tape.slopes(values), name) for values in blocks])
 
 
 def _list_factors(node: Node) -> list[Node]:

@@ -11,7 +11,7 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
-from mecanique.arrays import Array
+from mecanique.arrays import Array, rank_of
 from mecanique.checking.grammar.reader import Statement
 from mecanique.checking.grammar.tape import (
     OPAQUE,
@@ -291,8 +291,7 @@ def _slopes(equations: Sequence[Residual], names: Sequence[str]) -> Array:
 def _count_open(matrix: Array, accelerations: int) -> int:
     """Return the number of independent accelerations that the rows of a matrix leave free."""
     _, sizes, axes = np.linalg.svd(matrix)
-    rank = int((sizes > _RANK).sum())
-    free = axes[rank:, :accelerations]
+    free = axes[rank_of(sizes, _RANK) :, :accelerations]
     return int((np.linalg.svd(free, compute_uv=False) > _RANK).sum()) if len(free) else 0
 
 

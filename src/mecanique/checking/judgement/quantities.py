@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple, TypeAlias, TypeVar, final
 
 import numpy as np
 
-from mecanique.arrays import Array
+from mecanique.arrays import Array, rank_of
 from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import read
 from mecanique.checking.grammar.tape import FormulaTape
@@ -687,7 +687,7 @@ def linear_matrices(
     free = np.broadcast_to(np.eye(nv), (n, nv, nv))
     if truth.multipliers:
         columns, sizes, _ = np.linalg.svd(here.slopes(truth.balance, truth.multipliers))
-        held = np.sum(sizes > INDEPENDENT * sizes[:, :1], axis=1)
+        held = np.array([rank_of(values, INDEPENDENT) for values in sizes])
         free = columns[:, :, held.max() :]
         M, C, K = (free.transpose(0, 2, 1) @ matrix @ free for matrix in (M, C, K))
         known &= held == held.max()

@@ -32,6 +32,7 @@ from typing import ClassVar, NamedTuple, final
 
 import numpy as np
 
+from mecanique.arrays import rank_of
 from mecanique.derivation.mechanics.elements import Ground, unit_forces
 from mecanique.derivation.numeric.constraints.rows import Held
 from mecanique.derivation.numeric.dynamics import BatchDynamics, solve
@@ -192,7 +193,7 @@ def _find_tie_forces(along: Along, guide: Guide, k: int) -> np.ndarray:
 def _find_null(rates: np.ndarray, rows: list[int]) -> np.ndarray:
     """A basis of forces along some joint velocities that do no virtual work, shape (nu, k)."""
     left, sizes, _ = np.linalg.svd(rates[rows])
-    rank = int((sizes > RANK * sizes.max(initial=RANK)).sum())
+    rank = rank_of(sizes, RANK)
     out = np.zeros((len(rates), len(rows) - rank))
     out[rows] = left[:, rank:]
     return out

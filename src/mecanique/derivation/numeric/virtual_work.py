@@ -20,6 +20,7 @@ from typing import final
 
 import numpy as np
 
+from mecanique.arrays import rank_of
 from mecanique.derivation.numeric.dynamics import solve
 from mecanique.derivation.numeric.free_bodies import Snapshot
 from mecanique.derivation.numeric.newton_euler import FreeBodyDynamics
@@ -56,7 +57,7 @@ class NumericVirtualWork(FreeBodyDynamics):
         # rows of nothing but rounding are zero by now
         size = np.where(length > 0, length, 1.0)
         left, values, right = np.linalg.svd(J / size[:, None])
-        rank = int((values > RANK * values.max(initial=0.0)).sum())
+        rank = rank_of(values, RANK)
         S = right[rank:].T
         sigma = -right[:rank].T @ ((left[:, :rank].T @ (gamma / size)) / values[:rank])
         inertia, force = S.T @ M @ S, S.T @ (rest - M @ sigma)

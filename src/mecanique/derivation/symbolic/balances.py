@@ -15,6 +15,7 @@ from typing import final
 
 import numpy as np
 
+from mecanique.arrays import rank_of
 from mecanique.derivation.mechanics.elements import UnitForce, unit_forces
 from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.printing.equations import expression, join
@@ -591,7 +592,7 @@ class FreeBodies:
 def _lie_within(rows: np.ndarray, span: np.ndarray) -> np.ndarray:
     """Return which unit rows, shape (k, 6), are sums of others, shape (n, 6)."""
     _, sizes, basis = np.linalg.svd(span, full_matrices=False)
-    basis = basis[sizes > RANK]
+    basis = basis[: rank_of(sizes, RANK)]
     rest = np.linalg.norm(rows - rows @ basis.T @ basis, axis=1)
     return np.asarray(rows.any(axis=1) & (rest < RANK))
 

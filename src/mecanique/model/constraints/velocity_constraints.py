@@ -14,6 +14,7 @@ from typing import Any, final
 
 import numpy as np
 
+from mecanique.arrays import rank_of
 from mecanique.model.expression import Scalar, evaluate, plain
 
 _POINTS = 4
@@ -97,7 +98,7 @@ def is_integrable(
         at = {**values, **dict(zip(names, point, strict=True))}
         A = _numbers(forms, at)
         _, sizes, right = np.linalg.svd(A)
-        free = right[int((sizes > 1e-12 * max(sizes[0], 1e-300)).sum()) :]
+        free = right[rank_of(sizes, 1e-12) :]
         for curl in curls:
             # Frobenius: dA is to vanish on the motions that A admits
             inside = free @ _numbers(curl, at) @ free.T

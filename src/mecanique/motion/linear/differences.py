@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from mecanique.arrays import rank_of
 from mecanique.errors import ClosureError, InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import list_left_out
@@ -127,7 +128,7 @@ def find_idle(reference: Reference | HeldMode, q: np.ndarray, t: float) -> np.nd
     by_position = _along(reference, holonomic, free, none, none, t)
     K, _ = slopes(by_position, places.shape[1])
     _, sizes, directions = np.linalg.svd(K)
-    resisted = int((sizes > UNRESISTED * sizes.max(initial=0.0)).sum())
+    resisted = rank_of(sizes, UNRESISTED)
     idle: np.ndarray = np.linalg.qr(places @ directions[resisted:].T)[0]
     return idle
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from mecanique.arrays import Array
+from mecanique.arrays import Array, rank_of
 from mecanique.derivation.mechanics.switching import CLOSED, OPEN, STICKS, ElementState, Mode, Terms
 from mecanique.derivation.tolerances import CLOSED_GAP, NO_GAP, REDUNDANT
 from mecanique.errors import ClosureError, MecaniqueError
@@ -152,7 +152,7 @@ class ModeMotion:
         J = terms.jacobian[rows] @ root
         sizes = np.linalg.norm(J, axis=1, keepdims=True)
         _, values, axes = np.linalg.svd(J / np.where(sizes == 0, 1.0, sizes))
-        free = root @ axes[int((values > REDUNDANT).sum()) :].T
+        free = root @ axes[rank_of(values, REDUNDANT) :].T
         _, _, order = qr((np.sqrt(np.diag(terms.mass))[:, None] * free).T, pivoting=True)
         self.chosen: Array = np.sort(order[: free.shape[1]])
         self._others: Array = np.sort(order[free.shape[1] :])

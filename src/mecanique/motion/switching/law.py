@@ -17,7 +17,7 @@ from typing import final
 
 import numpy as np
 
-from mecanique.arrays import Array
+from mecanique.arrays import Array, rank_of
 from mecanique.derivation.mechanics.switching import (
     BACKWARD,
     CLOSED,
@@ -125,7 +125,7 @@ def solve(
         scale = np.sqrt(np.einsum("ij,ji->i", J, by_mass(J.T)))
         scale[scale == 0] = 1.0
         left, sizes, right_vectors = np.linalg.svd(system / np.outer(scale, scale))
-        rank = int((sizes > REDUNDANT * max(sizes[0], TINY)).sum())
+        rank = rank_of(sizes, REDUNDANT)
         part = left[:, :rank].T @ (right / scale) / sizes[:rank]
         forces: Array = right_vectors[:rank].T @ part / scale
         if rank < len(J):

@@ -38,6 +38,7 @@ from mecanique.reference.tolerances import (
     TINY,
     WEAK,
 )
+from mecanique.reference.vectors import rank_of
 
 Least: TypeAlias = Callable[[Array, Array], Array]
 """Returns the least-squares solution of J x = gaps, for a scaled Jacobian and scaled gaps."""
@@ -479,7 +480,7 @@ def free_columns(closed: Closed, q: Array, t: float) -> Array:
     _, R, order = qr(here.jacobian[positional], mode="economic", pivoting=True)
     pivots = np.abs(np.diag(R))
     noise = float(np.linalg.norm(here.rounding[positional]))
-    rank = int((pivots > max(PIVOT * pivots.max(initial=0.0), noise, TINY)).sum())
+    rank = rank_of(pivots, PIVOT, noise)
     free: Array = np.ones(closed.mechanism.nv, dtype=bool)
     free[order[:rank]] = False
     return free

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
+from mecanique.arrays import rank_of
 from mecanique.derivation.numeric.constraints.rows import Held
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.numeric.paths import JETS, stack_jets
@@ -257,7 +258,7 @@ def _choose(J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _regularity(block: np.ndarray, J: np.ndarray) -> float:
     """Return the least singular value of a block of J, relative to J's; 0 if its rank is less."""
     sizes = np.linalg.svd(J, compute_uv=False)
-    if int((sizes > RANK * sizes[0]).sum()) != len(block):
+    if rank_of(sizes, RANK) != len(block):
         return 0.0
     if not len(block):
         return 1.0

@@ -22,7 +22,7 @@ from typing import final
 
 import numpy as np
 
-from mecanique.arrays import Array
+from mecanique.arrays import Array, rank_of
 from mecanique.derivation.numeric.constraints.rows import Constraints, Held, RowUnits
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.tolerances import DEFINITE, LOOSE, RANK, SHARE
@@ -65,7 +65,7 @@ def solve_held(
     both = np.block([[units[:, None] * M * units, -J.T], [J, np.zeros((m, m))]])
     right = np.concatenate([units * rest, -factors * gamma])
     left, values, turned = np.linalg.svd(both)
-    rank = int((values > RANK * values[0]).sum())
+    rank = rank_of(values, RANK)
     moving, idle = turned[rank:, :nv], turned[rank:, nv:].T
     solution = np.zeros(nv + m)
     for _ in range(2):  # refined once: rounding of a large part disturbs a small one
@@ -161,7 +161,7 @@ def is_locked(state: States, at: Callable[[States], Constraints]) -> bool:
     lengths = np.linalg.norm(J, axis=1)
     lengths = np.where(lengths > 0, lengths, 1.0)[:, None]
     left, values, right = np.linalg.svd(J / lengths)
-    rank = int((values > RANK * values.max(initial=0.0)).sum())
+    rank = rank_of(values, RANK)
     extra, free = left[:, rank:], units[:, None] * right[rank:].T
     if not (extra.size and free.size):
         return False

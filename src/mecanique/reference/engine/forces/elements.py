@@ -38,6 +38,7 @@ from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.forces.sites import Site, SiteAction, Triple
 from mecanique.reference.engine.load import EngineModel
 from mecanique.reference.tolerances import DEPENDENT, EXPLAINED, LOOSE, PARALLEL, WHOLE
+from mecanique.reference.vectors import rank_of
 
 _ZERO: Triple = (0.0, 0.0, 0.0)
 
@@ -144,7 +145,7 @@ class Elements:
         if not rows:
             return out
         left, sizes, _ = np.linalg.svd(G[rows])
-        rank = int((sizes > DEPENDENT * sizes.max(initial=DEPENDENT)).sum())
+        rank = rank_of(sizes, DEPENDENT)
         out = np.zeros((len(G), len(rows) - rank))
         out[rows] = left[:, rank:]
         return out
@@ -287,7 +288,7 @@ def hold(
     carried, pressed = carried
     count = len(carried)
     _, sizes, right = np.linalg.svd(columns.matrix)
-    rank = int((sizes > DEPENDENT * sizes.max(initial=DEPENDENT)).sum())
+    rank = rank_of(sizes, DEPENDENT)
     solution = np.linalg.pinv(columns.matrix, rcond=DEPENDENT) @ np.concatenate(
         [-columns.scale * demand, columns.stated]
     )
