@@ -419,7 +419,7 @@ def test_equations_that_are_too_long_to_be_read_are_listed_as_results(
 
 
 def test_the_list_of_one_method_stands_for_those_of_all() -> None:
-    run = CliRunner().invoke(app, ["derive", "rattleback", "--method", "all"])
+    run = CliRunner().invoke(app, ["derive", "bricard_linkage", "--method", "all"])
     assert run.exit_code == 0
     assert "as long: --method newton_euler or virtual_work writes one" in run.stderr
 

@@ -24,8 +24,11 @@ from mecanique.viewing.scene.texts import document_of
 ROLLING = ("ball_in_a_bowl", "ball_on_a_turntable", "rattleback", "snakeboard", "whipple_bicycle")
 """Systems that roll."""
 
-CLOSED = ("ball_on_a_turntable", "snakeboard")
-"""Those of them that have a closed form as well."""
+COMPUTED = {
+    "whipple_bicycle": ("lagrange", "newton_euler", "virtual_work"),
+    "ball_in_a_bowl": ("virtual_work",),
+}
+"""Methods by which some have no closed form."""
 
 
 def read_back(written: Written, values: dict[str, Any]) -> np.ndarray:
@@ -142,7 +145,7 @@ def held(written: Written, equations: mq.Equations, states: States, off: float =
 @pytest.mark.parametrize("name", ROLLING)
 def test_what_rolls_reads_back_by_every_method(name: str, method: str) -> None:
     equations = derive_system(name, method)
-    assert equations.symbolic == (name in CLOSED)
+    assert equations.symbolic == (method not in COMPUTED.get(name, ()))
     written = write_recursion(equations)
     assert_names_are_defined(written)
     mechanism, states = equations.mechanism, states_of(name)
@@ -174,16 +177,18 @@ def test_a_closed_mechanism_reads_back() -> None:
 
 
 def test_what_is_not_in_closed_form_points_to_its_list() -> None:
-    assert "write_recursion lists them" in str(derive(textbook.load("rattleback")))
+    assert "write_recursion lists them" in str(derive(textbook.load("bricard_linkage")))
 
 
 def test_the_page_lists_symbols_and_results_of_what_rolls() -> None:
-    equations = derive(textbook.load("rattleback"))
-    motion = mq.simulate(textbook.load("rattleback"), duration=0.05)
+    # one that is not the catalogue's is not written as small deviations from its steady motion
+    bicycle = replace(textbook.load("whipple_bicycle"), name="bicycle")
+    equations, start = derive(bicycle), textbook.entry("whipple_bicycle").start
+    motion = mq.simulate(bicycle, q=dict(start), duration=0.05)
     document = document_of(motion, [equations], None, [])
     meant = [sentence for _, sentence in document.symbols]
-    assert "normal force of ground on stone in below, along the normal [N]" in meant
-    assert "half of an ellipsoid" in document.about
+    assert "normal force of ground on rear_wheel in rear_contact, along the normal [N]" in meant
+    assert "A rear frame B with its rider" in document.about
     blocks = document.derivations[0].blocks
     assert [block.heading for block in blocks if block.heading] == [
         "Constants",

@@ -55,8 +55,10 @@ SIGNS = {
     "planetary_gear": 146,
     "rack_and_pinion": 15,
     "rigid_bar_pendulum": 10,
+    "ball_in_a_bowl": 958,
     "ball_on_a_turntable": 391,  # friction turns with the table, the ball by its quaternion
     "snakeboard": 89,
+    "rattleback": 1361,
     "rolling_coin": 192,  # the forces λ stand with their bare levers
     "rolling_disk": 37,  # the forces λ stand with their bare levers
     "rotating_plate": 14,

@@ -17,7 +17,7 @@ from mecanique import textbook
 from mecanique.derivation import METHODS
 from mecanique.derivation.document import to_page
 from mecanique.derivation.printing.lines import PAGE, align, display, number_rows, width
-from mecanique.derivation.printing.prose import to_latex
+from mecanique.derivation.printing.prose import to_html, to_latex
 from mecanique.derivation.printing.writers import Latex, MathML
 
 ROOT = Path(__file__).parents[2]
@@ -240,3 +240,12 @@ def test_a_formula_has_its_number_at_its_last_row() -> None:
         numbered.replace(" \\nonumber", "").replace("{align}", "{align*}")
         == f"before\n{written}\nafter"
     )
+
+
+def test_a_point_with_a_prime_is_no_rate() -> None:
+    """B' is a point beside B; x' is a rate."""
+    words, names = "A spring holds the middle B' of ABC while x' = 0.", {"x"}
+    assert to_latex(words, names) == "A spring holds the middle $B'$ of ABC while $\\dot{x} = 0$."
+    page = to_html(words, names)
+    assert "<msup><mi>B</mi><mo>′</mo></msup>" in page
+    assert page.count("˙") == 1

@@ -479,6 +479,30 @@ def test_forces_that_redundancy_shares_are_not_listed() -> None:
     assert [*solved.forces] == ["lambda_left_contact_normal", "lambda_right_contact_normal"]
 
 
+def test_what_redundancy_leaves_determined_of_shared_forces_is_listed() -> None:
+    """Ahead each wheel is turned by friction, Jw (spin of the wheel)' = -r F; across, by the sum.
+
+    The multipliers are the engine's, which shares friction evenly.
+    """
+    mechanism = mq.textbook.load("two_wheeled_cart")
+    text = mq.derive(mechanism).solved().text()
+    lines = [line for line in text.splitlines() if re.match(r"cos\(yaw\) lambda_\w+ ", line)]
+    assert lines[0] == (
+        "cos(yaw) lambda_left_contact_x + sin(yaw) lambda_left_contact_y = "
+        "-Jw pitch''/r - Jw left''/r"
+    )
+    assert len(lines) == 3
+    assert "right_contact" in lines[2].partition(" = ")[0]
+    states, reference = random_states(mechanism, 3, 5, lot=8), mq.Reference(mechanism)
+    a = reference.acceleration(states.q, states.v, states.t)
+    values = {**mechanism.values, **states.values}
+    values |= {f"{v}'": x for v, x in zip(mechanism.velocities, a.T, strict=True)}
+    for name, force in reference.multipliers(states.q, states.v, states.t).items():
+        values[f"lambda_{name.replace(': ', '_')}"] = force
+    for line in lines:
+        np.testing.assert_allclose(residual(line, values), 0, rtol=0, atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("name", "keep", "message"),
     [
@@ -496,7 +520,7 @@ def test_what_cannot_be_solved_is_refused(name: str, keep: tuple[str, ...], mess
 def test_what_cannot_be_kept_is_named() -> None:
     with pytest.raises(UnknownNameError, match="coordinate 'w'"):
         derive_system("rolling_disk").solved("w")
-    with pytest.raises(DerivationError, match="ball in a bowl or on a dome"):
+    with pytest.raises(DerivationError, match="more than 5000 terms"):
         derive_system("ball_in_a_bowl").solved()
 
 

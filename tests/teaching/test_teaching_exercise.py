@@ -248,7 +248,11 @@ def test_it_is_written_with_its_figure(tmp_path: Path) -> None:
         ("tennis_racket", "potential energy", "its potential energy is constant"),
         ("four_bar_linkage", "frequency", "no such exercise about 'four_bar_linkage': mechanism"),
         ("bricard_linkage", "equation of motion", "no exercise about"),
-        ("rattleback", "equation of motion", "no exercise about 'rattleback': contact"),
+        (
+            "whipple_bicycle",
+            "equation of motion",
+            "no exercise about 'whipple_bicycle': the closed",
+        ),
     ],
 )
 def test_what_has_no_answer_is_refused(system: str, ask: str, message: str) -> None:

@@ -25,11 +25,7 @@ from mecanique.verification.rows import QUANTITIES, Values, evaluate, rows_of
 from mecanique.verification.states import random_states, usual_samples
 from mecanique.verification.verdict import versions
 
-UNREADABLE = (
-    "ball_in_a_bowl",
-    "rattleback",
-    "whipple_bicycle",
-)
+UNREADABLE = ("whipple_bicycle",)
 """Systems whose equations are too long to be written out, or not in closed form."""
 WITHOUT_CONTACTS = tuple(quantity for quantity in QUANTITIES if quantity != "contact forces")
 

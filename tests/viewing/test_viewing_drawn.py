@@ -66,6 +66,34 @@ def test_a_pin_on_the_bare_ground_has_a_foot_away_from_what_it_carries(
         assert mark.foot[:3] == pytest.approx(seat, abs=1e-12)
 
 
+def test_pins_that_close_loops_are_marked_where_they_join() -> None:
+    """The coupler of a four-bar meets its rocker at c (cos psi, sin psi) from the rocker's pin."""
+    mechanism = mq.textbook.load("four_bar_linkage")
+    q = mq.assemble(mechanism, {"phi": 1.0})
+    poses = np.asarray(mq.Reference(mechanism).poses(q))
+    mark = next(mark for mark in marks_of(mechanism, poses) if mark.name == "C")
+    assert (mark.kind, mark.foot) == ("revolute", ())
+    pose = poses[[body.name for body in mechanism.bodies].index(mark.body)]
+    psi = dict(zip(mechanism.coordinates, q, strict=True))["psi"]
+    c, d = mechanism.values["c"], mechanism.values["d"]
+    joined = (d + c * np.cos(psi), 0.0, c * np.sin(psi))
+    assert (pose @ (*mark.point, 1.0))[:3] == pytest.approx(joined, abs=1e-12)
+    assert np.abs(pose[:3, :3] @ mark.axis) == pytest.approx((0, 1, 0), abs=1e-12)
+
+
+def test_springs_stand_on_the_bare_ground_behind_their_ends() -> None:
+    """One holds its bar from above, the other from below; a drawn base needs no foot."""
+    mechanism = mq.textbook.load("bars_and_springs")
+    poses = np.asarray(mq.Reference(mechanism).poses(mq.assemble(mechanism, {"q": 0.0})))
+    feet = {mark.name: mark.foot for mark in marks_of(mechanism, poses) if "foot" in mark.name}
+    assert [*feet] == ["foot of spring_B", "foot of spring_F"]
+    assert feet["foot of spring_B"][3:] == pytest.approx((0, 0, 1), abs=1e-12)
+    assert feet["foot of spring_F"][3:] == pytest.approx((0, 0, -1), abs=1e-12)
+    shaken = mq.textbook.load("base_excited_mass")
+    poses = np.asarray(mq.Reference(shaken).poses([0.1]))
+    assert not any("foot" in mark.name for mark in marks_of(shaken, poses))
+
+
 def test_what_is_attracted_has_a_line_and_no_rod() -> None:
     assert [span.kind for span in spans_of(mq.textbook.load("kepler_orbit"))] == ["pull"]
     # the slide of an elastic pendulum is shown by its spring alone

@@ -137,7 +137,7 @@ class Solved:
                 lines.append(Equation(left, line.expression(), ring.number(1)))
         solved = Solved(derivation, found)
         lines += [*(solved.accelerations.values() or solved.equations), *solved.forces.values()]
-        lines += found.turned.values()
+        lines += [*found.turned.values(), *found.sums]
         written = replace(derivation, written=tuple(lines), stages=(), closing=_CLOSING)
         return Document(written, "the equations of motion, solved")
 

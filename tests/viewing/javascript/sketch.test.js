@@ -74,6 +74,12 @@ test("a motion that goes far leaves the floor it starts on out of the picture", 
   assertNear(box.high, [2, 0.1, 0.2]);
 });
 
+test("the picture of a motion that goes far is hardly wider than what moves", () => {
+  const boxes = [boxAround([solidOf(BAR)])];
+  const { box } = frame(boxes, [0, 0.2, 1, 100].map(rowAt), LAYOUT);
+  assertNear(box.high, [2.2, 0.1, 0.2]);
+});
+
 for (const preset of ["front", "side", "top", "free"])
   test(`all of a box is in the picture from the ${preset}, and some of it near the edge`, () => {
     const box = { low: [-3, -1, 0], high: [1, 2, 5] };

@@ -17,7 +17,6 @@ from mecanique.derivation.mechanics.elements import Ground
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.recursion import TreeRecursion, World
 from mecanique.derivation.mechanics.vectors import Triple, add, apply, dot, scale
-from mecanique.derivation.tolerances import OPPOSITE
 from mecanique.derivation.tree.poses import exact_direction
 from mecanique.model import Blade, Mechanism, Rolling, VelocityConstraint
 from mecanique.model.constraints.contacts import Contact
@@ -32,6 +31,8 @@ class Touch(NamedTuple):
     directions: tuple[Triple, ...]
     gap: Any
     foot: Any = 0.0  # the place along x of the plane
+    # ρ × each direction, where that is known to be shorter than the product
+    arms: tuple[Triple, ...] | None = None
 
 
 def touch(mechanism: Mechanism, contact: Contact, ground: Ground) -> Touch:
@@ -61,8 +62,10 @@ def touch(mechanism: Mechanism, contact: Contact, ground: Ground) -> Touch:
     else:
         reach = scale(-1.0 * radius, n)
     place = add(hub, reach)
-    reach = add(place, scale(-1.0, start))
-    return Touch(place, (n, x, y), dot(n, reach), dot(x, reach))
+    offset = add(place, scale(-1.0, start))
+    # n·ρ of an ellipsoid is −|d u|, which has no quotient
+    gap = dot(n, add(hub, scale(-1.0, start))) - size if contact.stretched else dot(n, offset)
+    return Touch(place, (n, x, y), gap, dot(x, offset))
 
 
 def _touch_sphere(
@@ -81,9 +84,11 @@ def _touch_sphere(
     # friction is along the plane's axes, turned with the normal the shortest way: as if reflected
     # along z + n; opposite to z, where there is no shortest way, they stay as they are
     s = add(z, n)
-    between = [ground.ratio(2.0 * c, dot(s, s) + OPPOSITE) for c in s]
+    between = [ground.ratio(c, dot(s, z) + ground.opposite) for c in s]
     turned = [add(e, scale(-1.0 * dot(s, e), between)) for e in (x, y)]
-    return Touch(add(hub, scale(-1.0 * radius, n)), (n, *turned), bowl - side * length - radius)
+    arms = (scale(0.0, n), scale(-1.0 * radius, turned[1]), scale(radius, turned[0]))
+    place, gap = add(hub, scale(-1.0 * radius, n)), bowl - side * length - radius
+    return Touch(place, (n, *turned), gap, arms=arms)
 
 
 @final
@@ -106,7 +111,7 @@ def velocity_rows(letters: Letters, recursion: TreeRecursion) -> list[Constraint
     mechanism, rows, world = letters.mechanism, list[ConstraintRow](), World(recursion)
     ground = recursion.ground
     for contact in mechanism.contacts:
-        place, directions, gap, foot = touch(mechanism, contact, ground)
+        place, directions, gap, foot, _ = touch(mechanism, contact, ground)
         place_rate = letters.along(place, world.pose_rates)
         sides = [(contact.body, 1.0), (contact.on, -1.0)]
         slip = add(*(scale(s, world.velocity(body, place)) for body, s in sides))

@@ -14,6 +14,7 @@ from fractions import Fraction
 from typing import Any, TypeAlias, final
 
 from mecanique.derivation.mechanics.vectors import Triple, add, apply, cross, dot, scale
+from mecanique.derivation.tolerances import OPPOSITE
 from mecanique.derivation.tree.poses import (
     Arithmetic,
     Matrix,
@@ -64,6 +65,7 @@ class Ground:
     ratio: Callable[[Any, Any], Any]  # returns a quotient
     # gives a vector another length, where that is written out otherwise than with `ratio`
     stretch: Callable[[Three, Any], Three] | None = None
+    opposite: float = OPPOSITE  # keeps quotients of numbers finite where normals are opposite
 
     def lengthen(self, vector: Three, length: Any) -> Three:
         """Return the vector of a given length along another one."""

@@ -140,7 +140,9 @@ class _Sentence:
             is_letter = token.kind == "word" and self._is_letter(core, at, within=False)
             is_letter |= _NUMBERED.fullmatch(core) is not None
             said = html.escape(token.text)
-            if is_letter:
+            if is_letter and core.endswith("'") and self._is_point(core):
+                said = f"<math><msup><mi>{core[:-1]}</mi><mo>′</mo></msup></math>"
+            elif is_letter:
                 said = f"<math>{writer.letter(core, False, power)}</math>"
             elif token.kind == "slope":
                 said = _DIFFERENTIAL.sub(self._set_differential, token.text)
@@ -264,10 +266,13 @@ class _Sentence:
         core, power = self._split_power(self._text(at))
         if not self._is_letter(core, at, within):
             return None
+        written = core if self._is_point(core) else Latex().letter(core, False, power)
+        return _Part(written, at + 1, lettered=True)
+
+    def _is_point(self, core: str) -> bool:
+        """Whether a letter is no quantity but the name of a point, of which B' is another."""
         bare = core.rstrip("'")
-        if bare not in self.names and bare.isascii() and bare.isupper():  # a point, B' is another
-            return _Part(core, at + 1, lettered=True)
-        return _Part(Latex().letter(core, False, power), at + 1, lettered=True)
+        return bare not in self.names and bare.isascii() and bare.isupper()
 
     def _split_power(self, text: str) -> tuple[str, str]:
         """Return a letter without its exponent, and the exponent."""

@@ -135,6 +135,10 @@ def sqrt(series: Series, name: str | None = None) -> Series:
         for index, e in exponents(packed):
             outside = outside * _adjoin_root(ring.monomial(power(index)), None) ** e
         return outside
+    number = _take_root(ring, content)
+    if name is not None and not number.is_number:
+        # a distance with a letter is that root itself, not a multiple of it by a root
+        return ring.monomial(monomial) * _adjoin_root(primitive * content, name)
     return outside * _adjoin_root(primitive, name)
 
 

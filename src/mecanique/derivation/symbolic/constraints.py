@@ -28,7 +28,6 @@ from mecanique.derivation.symbolic.vectors import (
     total,
     zero,
 )
-from mecanique.errors import DerivationError
 from mecanique.model.constraints.contacts import Contact, Rolling
 from mecanique.model.constraints.loops import Loop
 
@@ -47,6 +46,7 @@ class Bond:
         SymbolicWrench, ...
     ]  # force and couple on the first body for λ = 1 of each equation
     assumptions: tuple[Assumption, ...] = ()  # the assumptions of these equations
+    distances: tuple[tuple[Series, str], ...] = ()  # roots that are distances, and their meanings
 
     @property
     def wrench(self) -> SymbolicWrench:
@@ -55,6 +55,11 @@ class Bond:
         pairs = zip(self.units, self.ties, strict=True)
         acting = [unit * tie.multiplier for unit, tie in pairs]
         return resultant([SymbolicWrench(nothing, nothing), *acting])
+
+
+def distances_of(bonds: Sequence[Bond]) -> list[tuple[Series, str]]:
+    """Return the roots that are distances at contacts, and their meanings."""
+    return [distance for bond in bonds for distance in bond.distances]
 
 
 def bonds_of(kinematics: Kinematics) -> tuple[Bond, ...]:
@@ -71,14 +76,12 @@ def ties_of(kinematics: Kinematics, bonds: Sequence[Bond]) -> tuple[Tie, ...]:
 
 
 def _write_contact(kinematics: Kinematics, contact: Contact) -> Bond:
-    if isinstance(contact, Rolling) and (contact.curved or contact.stretched):
-        what = "a ball in a bowl or on a dome" if contact.curved else "an ellipsoid"
-        raise DerivationError(
-            f"contact {contact.name!r} is that of {what}; such equations are computed, not written "
-            "out"
-        )
     algebra, ring = kinematics.algebra, kinematics.algebra.ring
-    assumptions = list[Assumption]()
+    assumptions, roots = list[Assumption](), list[Series]()
+
+    def root(square: Series) -> Series:
+        roots.append(algebra.root(square))
+        return roots[-1]
 
     def stretch(vector: Sequence[Series], length: Series) -> list[Series]:
         across = lift(ring, vector).tidy()
@@ -89,18 +92,23 @@ def _write_contact(kinematics: Kinematics, contact: Contact) -> Bond:
             assumptions.append(Assumption(subject, size))
         return [*(Vector(*(tidy(part / size) for part in across)) * length)]
 
-    met = touch(algebra.mechanism, contact, replace(kinematics.ground, stretch=stretch))
+    ground = replace(kinematics.ground, stretch=stretch, root=root)
+    met = touch(algebra.mechanism, contact, ground)
     place, *directions = (lift(ring, vector).tidy() for vector in (met.place, *met.directions))
-    bodies = (contact.body, contact.on)
-    moved = [_velocity(kinematics, body, place) for body in bodies]
+    # of the point of contact, or of the hub where ω × ρ is added in each direction by itself
+    hub = kinematics.point(contact.body, contact.seat) if met.arms else place
+    moved = [_velocity(kinematics, contact.body, hub), _velocity(kinematics, contact.on, place)]
+    arms = [lift(ring, arm) for arm in met.arms or ()] or [zero(ring)] * len(directions)
+    spin = kinematics.between(kinematics.spin(contact.body), kinematics.carrier(contact.body), -1)
     ties, units = list[Tie](), list[SymbolicWrench]()
-    for row, direction in zip(contact.rows, directions, strict=True):
+    for row, direction, arm in zip(contact.rows, directions, arms, strict=True):
         if isinstance(contact, Rolling) and row == "normal":
             start = kinematics.point(contact.on, contact.plane.xyz)
             demand = without_rounding(tidy(algebra.lift(met.gap)), [*place, *start])
             what = "normal force of"
         else:
-            demand = tidy(dot(direction, moved[0] - moved[1]))
+            slip = dot(direction, moved[0] - moved[1]) + dot(arm, spin)
+            demand = tidy(slip)
             demand = without_rounding(demand, [*moved[0], *moved[1]])
             what = f"friction along {row} of the plane of"
         meaning = f"{what} {contact.on} on {contact.body} at {contact.name} [N]"
@@ -111,12 +119,16 @@ def _write_contact(kinematics: Kinematics, contact: Contact) -> Bond:
             tie = _tie(kinematics, name, demand, meaning, of_velocities=row != "normal")
             ties.append(replace(tie, foot=tidy(algebra.lift(met.foot))))
             units.append(SymbolicWrench(direction, zero(ring)))
+    sphere = isinstance(contact, Rolling) and contact.curved
+    from_where = "that of the sphere" if sphere else "the plane"
+    distance = f"distance of the center of {contact.body} from {from_where} at {contact.name} [m]"
     return Bond(
         name=contact.name,
         ends=((contact.body, place), (contact.on, place)),
         ties=tuple(ties),
         units=tuple(units),
         assumptions=tuple(assumptions),
+        distances=tuple((length, distance) for length in roots),
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from mecanique.derivation.mechanics.forces import actions_of
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.symbolic.constraints import bonds_of, ties_of
+from mecanique.derivation.symbolic.constraints import bonds_of, distances_of, ties_of
 from mecanique.derivation.symbolic.derivation import Assumption, Tie
 from mecanique.derivation.symbolic.forces import assume_length
 from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
@@ -291,6 +291,7 @@ class Cuts:
                 if force.conservative:
                     self.assumptions += assume_length(force.name, span.length)
         self.bonds = bonds_of(kinematics)
+        self.distances = distances_of(self.bonds)
         for bond in self.bonds:
             self.assumptions += bond.assumptions
             for (body, place), wrench in zip(bond.ends, (bond.wrench, -bond.wrench), strict=True):

@@ -34,7 +34,9 @@ def assume_length(force: str, length: Series) -> tuple[Assumption, ...]:
     return (Assumption(f"the length of {force}", length),) if moves(length) and rational else ()
 
 
-def length_names(ring: Ring, lengths: Iterable[tuple[str, Series]]) -> dict[str, str]:
+def length_names(
+    ring: Ring, lengths: Iterable[tuple[str, Series]], distances: Iterable[tuple[Series, str]] = ()
+) -> dict[str, str]:
     """Return the meaning of each root with a name, such as the length of a spring."""
     lengths_of: dict[str, list[str]] = {}
     whole: dict[str, bool] = {}
@@ -44,7 +46,9 @@ def length_names(ring: Ring, lengths: Iterable[tuple[str, Series]]) -> dict[str,
                 lengths_of.setdefault(g.name, []).append(name)
                 whole[g.name] = whole.get(g.name, True) and length == ring[g.name]
     roots = (i for i, atom in ring.atoms.items() if atom.named and atom.function == "sqrt")
-    return dict.fromkeys((ring.generators[i].name for i in roots), "root") | {
+    meant = dict(distances)
+    names = [ring.generators[i].name for i in roots]
+    return {name: meant.get(ring[name], "root") for name in names} | {
         name: f"{'length' if whole[name] else 'root in the length'} of {' and '.join(owners)}"
         + (" [m]" if whole[name] else "")
         for name, owners in lengths_of.items()

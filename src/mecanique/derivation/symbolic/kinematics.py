@@ -93,6 +93,7 @@ class Kinematics:
             root=algebra.root,
             wave=lambda angle: algebra.arithmetic.sine_cosine(algebra.series(angle))[::-1],
             ratio=lambda a, b: _divide(algebra.lift(a), algebra.lift(b)),
+            opposite=0.0,
         )
 
     def carrier(self, body: str) -> int:

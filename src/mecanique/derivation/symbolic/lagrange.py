@@ -23,7 +23,7 @@ from mecanique.derivation.printing.equations import (
 from mecanique.derivation.printing.writers import Expression
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import TIMED, Euler, Kind, Series
-from mecanique.derivation.symbolic.constraints import bonds_of, ties_of
+from mecanique.derivation.symbolic.constraints import bonds_of, distances_of, ties_of
 from mecanique.derivation.symbolic.derivation import (
     Derivation,
     Left,
@@ -393,7 +393,9 @@ class Lagrange:
                 *(a for bond in self._bonds for a in bond.assumptions),
             ),
             lengths=length_names(
-                ring, [(work.name, work.length) for work in self.works if work.length is not None]
+                ring,
+                [(work.name, work.length) for work in self.works if work.length is not None],
+                distances_of(self._bonds),
             ),
             closing=self._closing(),
             unknowns={f"lambda_{tie.name}": tie.meaning for tie in self.ties},

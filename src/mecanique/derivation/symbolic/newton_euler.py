@@ -96,7 +96,7 @@ class NewtonEuler:
                 *multiplier_stages(algebra, M, rest, ties),
             ),
             assumptions=tuple(self.cuts.assumptions),
-            lengths=length_names(algebra.ring, self.cuts.lengths.items()),
+            lengths=length_names(algebra.ring, self.cuts.lengths.items(), self.cuts.distances),
             closing=self._close(),
             unknowns=self.balances.unknowns | multipliers,
             reactions=self.balances.reactions,

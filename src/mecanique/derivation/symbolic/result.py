@@ -37,6 +37,9 @@ _LONGEST_OF_LOOPS = 20
 _LONGEST_INSERTED = 6
 """Most terms of a force that is listed once more with the acceleration inserted."""
 
+_LONGEST_ROW = 200
+"""Most terms of an equation without multipliers; longer ones tell less than those with them."""
+
 _OTHERS = "The other velocities follow from theirs."
 _REMAIN = "Without the forces of the constraints these equations remain"
 _ELIMINATED = (
@@ -45,6 +48,7 @@ _ELIMINATED = (
     "free one: in such a displacement the forces of the constraints do no work, and cancel."
 )
 _TURNED = "Components of friction along and across the heading are shorter than those in the plane."
+_SHARED = "How contacts share their friction along one direction is undetermined; their sum is not."
 _AS_ABOVE = "With the accelerations, the multipliers follow as listed above."
 _ELSEWHERE = (
     "Kinematic coefficients, the velocities per unit of one of them, reduce the equations to one "
@@ -72,6 +76,8 @@ def result_of(derivation: Derivation) -> Ending:
         lengths = [len(quotient.above) for quotient in solved.accelerations.values()]
         if loops and max(lengths, default=inf) > _LONGEST_OF_LOOPS:
             raise DerivationError("their one equation by kinematic coefficients is shorter")
+        if max(map(len, solved.rows), default=0) > _LONGEST_ROW:
+            raise DerivationError("those with the multipliers are shorter")
         if derivation.ties and solved.rows and all(map(without_common_divisor, solved.rows)):
             kept = enumerate_words([*map(coordinate_of, solved.kept)])
             said.append(f"The constraints leave {kept} free.")
@@ -92,7 +98,8 @@ def result_of(derivation: Derivation) -> Ending:
         if solved.forces:
             by = "" if solved.accelerations else " from the accelerations"
             turned = f" {_TURNED}" if solved.turned else ""
-            said.append(f"The forces of the constraints follow{by}.{turned}")
+            shared = f" {_SHARED}" if solved.sums else ""
+            said.append(f"The forces of the constraints follow{by}.{turned}{shared}")
             told.append(said[-1])
         inserted = _insert(derivation.reactions, solved)
         if inserted:
@@ -101,6 +108,7 @@ def result_of(derivation: Derivation) -> Ending:
         forces = [*solved.forces.items(), *inserted.items()]
         accelerations = [*_list_accelerations(solved)]
         rest = [solved.turned.get(name) or value.equate(name) for name, value in forces]
+        rest += solved.sums
         lines += [*accelerations, *rest]
         if not reduced.sections:
             last += accelerations

@@ -23,6 +23,7 @@ from mecanique.derivation.scalars.cancel import (
     tidy,
     without_common_divisor,
 )
+from mecanique.derivation.scalars.elementary import sqrt
 from mecanique.derivation.scalars.evaluation import Substitution
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.polynomials import exponent, exponents, power
@@ -76,12 +77,23 @@ class EliminatedSolution:
     accelerations: Mapping[str, Quotient]
     # each other velocity as the constraints give it, by name; empty if none are kept
     followers: Mapping[str, Series]
-    find_forces: Callable[[], dict[str, Quotient]]
+    # each constraint force by name, in terms of accelerations if those have no closed form; and
+    # what redundancy leaves determined of the others, as sums
+    find_forces: Callable[[], tuple[dict[str, Quotient], tuple[Equation, ...]]]
 
     @cached_property
+    def _balance(self) -> tuple[dict[str, Quotient], tuple[Equation, ...]]:
+        return self.find_forces()
+
+    @property
     def forces(self) -> Mapping[str, Quotient]:
         """Each constraint force by name; of accelerations, if those have no closed form."""
-        return self.find_forces()
+        return self._balance[0]
+
+    @property
+    def sums(self) -> tuple[Equation, ...]:
+        """What is determined of friction that contacts share: along the rest, and its sum."""
+        return self._balance[1]
 
     def insert(self, force: Series) -> Quotient:
         """Return a force with the accelerations inserted."""
@@ -256,47 +268,91 @@ class _Solving:
             accelerations = self._shorten((name, _combine(x, row, c)) for name, x, row in parts)
         a = [self.ring[names[k]] for k in self.kept]
         pairs = zip(mass, loads, strict=True) if self.kept else ()
+        rows = tuple(along_displacement(row, a) + load for row, load in pairs)
         return EliminatedSolution(
             tuple(self.algebra.velocities[k] for k in self.kept),
-            tuple(along_displacement(row, a) + load for row, load in pairs),
+            rows,
             accelerations,
             self.followers,
-            partial(self._forces, moved, fixed, c if accelerations else None),
+            partial(self._forces, moved, fixed, c if accelerations else None, rows),
         )
 
     def _forces(
-        self, moved: Sequence[Column], fixed: Column, c: Sequence[Quotient] | None
-    ) -> dict[str, Quotient]:
-        """Return the multipliers: those of M (S c + p) + h − Q."""
+        self,
+        moved: Sequence[Column],
+        fixed: Column,
+        c: Sequence[Quotient] | None,
+        rows: Sequence[Series],
+    ) -> tuple[dict[str, Quotient], tuple[Equation, ...]]:
+        """Return the multipliers, those of M (S c + p) + h − Q, and sums of what is shared.
+
+        Without a closed form of the accelerations, the rows of their equations may shorten them.
+        """
         if not self.A:
-            return {}
+            return {}, ()
         ring, names = self.ring, self.algebra.accelerations
         one = ring.number(1)
         if c is None:
             if len(self.kept) < len(moved):
-                return {}
+                return {}, ()
             c = [Quotient(ring[names[k]], one) for k in self.kept]
+        else:
+            rows = ()
         weighed = [self._weigh(column) for column in (*moved, fixed)]
-        # redundancy leaves the forces of these undetermined
+        # redundancy leaves the forces of these undetermined, up to multiples of these columns
         met = {row for row, _ in self.allowed.pulls}
-        shared = set[int]()
+        idle = list[Column]()
         for row in set(range(len(self.A))) - met:
             pairs = zip(self._weigh(self.A[row]), self.turn[row], strict=True)
-            shared |= {k for k, (own, other) in enumerate(pairs) if not (own - other).vanishes()}
+            idle.append([tidy(other - own) for own, other in pairs])
+        shared = {k for column in idle for k, share in enumerate(column) if not share.vanishes()}
         weights = zip(*weighed, strict=True)
-        return self._shorten(
+        forces = self._shorten(
             (name_of(tie.multiplier), _combine(rest, factors, c))
             for k, (tie, (*factors, rest)) in enumerate(zip(self.ties, weights, strict=True))
             if k not in shared
         )
+        sums = list[Equation]()
+        for share in self._share(*idle) if forces and len(idle) == 1 else ():
+            left = ring.sum([w * tie.multiplier for w, tie in zip(share, self.ties, strict=True)])
+            *factors, rest = project(share, weighed)
+            sums += [
+                Equation(expression(tidy(left)), quotient.expression(), one)
+                for quotient in self._shorten([("", _combine(rest, factors, c))], rows).values()
+            ]
+        return forces, tuple(sums)
 
-    def _shorten(self, quotients: Iterable[tuple[str, Quotient]]) -> dict[str, Quotient]:
-        """Return quotients as short as the constraints allow, none if one is long."""
-        short = {}
+    def _share(self, idle: Column) -> Iterator[Column]:
+        """Yield weights: of friction across what balances itself, and of the sum along it."""
+        names, nothing = [tie.name for tie in self.ties], self.ring.number(0)
+        along, first = [nothing] * len(names), self.ring.number(1)
+        for k, name in enumerate(names):
+            if not (name.endswith("_x") and (other := f"{name[:-1]}y") in names):
+                continue
+            i = names.index(other)
+            size = tidy(idle[k] ** 2 + idle[i] ** 2)
+            if size.vanishes() or not is_constant(size):
+                return
+            x, y = tidy(-idle[i] / sqrt(size)), tidy(idle[k] / sqrt(size))
+            if not any(along):
+                first = x if x else y
+            elif (first + (x if x else y)).vanishes():  # all have one sense
+                x, y = -x, -y
+            across = [nothing] * len(names)
+            across[k], across[i], along[k], along[i] = x, y, -y, x
+            yield across
+        if along_displacement(along, idle).vanishes():
+            yield along
+
+    def _shorten(
+        self, quotients: Iterable[tuple[str, Quotient]], rows: Sequence[Series] = ()
+    ) -> dict[str, Quotient]:
+        """Return quotients as short as the constraints and rows allow, none if one is long."""
+        short, zeros = {}, (*self.rates, *rows)
         for name, quotient in quotients:
             if not quotient.bearable:
                 return {}
-            short[name] = Quotient(_shorten(quotient.above, self.rates), quotient.below)
+            short[name] = Quotient(_shorten(quotient.above, zeros), quotient.below)
         return short
 
     def _weigh(self, forces: Column) -> Column:

@@ -418,7 +418,7 @@ class VirtualWork:
                 self._sum(whole, free=not ties),
             ),
             assumptions=tuple(self.cuts.assumptions),
-            lengths=length_names(ring, self.cuts.lengths.items()),
+            lengths=length_names(ring, self.cuts.lengths.items(), self.cuts.distances),
             closing=_QUASI.format(_name_conditions(ties)) if S else _CLOSING,
             unknowns=self._unknowns,
             reactions=self.balances.reactions if known else {},

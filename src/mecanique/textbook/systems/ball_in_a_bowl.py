@@ -106,7 +106,7 @@ SYSTEM = System(
     duration=8.0,
     tags=("spatial", "rolling", "nonholonomic", "contact", "quaternion"),
     facts=(
-        # equations in a bowl are computed, not written out: in numbers, this is the book's
+        # the books' axes are the normal and the meridian, so that this is compared in numbers
         facts.Acceleration("7 w'/5 = (n·w) n' + n x g/r, v = r w x n", accelerations),
         facts.KineticEnergy("T = m v^2/2 + m r^2 w^2/5", kinetic),
         facts.Conserved("the energy, n·w, and 7 w_z - 5 (n·w) n_z", integrals),
@@ -114,4 +114,11 @@ SYSTEM = System(
             "level circles at sqrt(5 g/(7 (R - r) cos(slope)))", start, circle, until=lambda s: 1.5
         ),
     ),
+    forms={
+        "r + rho - R = 0": "Routh, on rolling spheres: the centers stay R - r apart",
+        (
+            "m z'' + (z - R) lambda_contact_normal/rho - x lambda_contact_x/rho - "
+            "y lambda_contact_y/rho + m g = 0"
+        ): "this library's form, Newton's law along z; the sources resolve along the meridian",
+    },
 )

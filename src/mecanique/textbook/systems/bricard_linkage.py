@@ -89,4 +89,10 @@ SYSTEM = System(
             lambda s: array([s.q1 + s.q3, s.q1 - s.q5, s.q2 - s.q4]),
         ),
     ),
+    forms={
+        "((sin(q2) - 1) sin(q1) - sin(q2)) cos(q1) cos(q2) = 0": (
+            "Chen, You & Tarnai 2005, for a twist of π/2: cos θ1 + cos θ2 + cos θ1 cos θ2 = 0, "
+            "with θ = q + π/2; here times cos q1 cos q2, a row of the loop with its symmetry"
+        )
+    },
 )

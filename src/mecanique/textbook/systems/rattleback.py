@@ -117,7 +117,7 @@ SYSTEM = System(
     duration=4.0,
     tags=("spatial", "rolling", "nonholonomic", "contact"),
     facts=(
-        # equations of an ellipsoid are computed, not written out; the source has Kane's
+        # the source has Kane's equations, without multipliers: in numbers, these are they
         facts.Acceleration(
             "I w' + m s x (w' x s) = m s x (a + g z) - w x I w about the point that touches, s "
             "from the center of mass to it",
@@ -130,4 +130,16 @@ SYSTEM = System(
             lambda s: {"z": s.c, "yaw'": -5.0},
         ),
     ),
+    forms={
+        (
+            "rho = sqrt(a^2 cos(roll)^2 sin(pitch)^2 + b^2 sin(roll)^2 + "
+            "c^2 cos(roll)^2 cos(pitch)^2)"
+        ): "Kane & Levinson 1982: ε, with the components of the vertical in the stone's axes",
+        "z - rho = 0": "Kane & Levinson 1982: the ellipsoid touches the ground",
+        (
+            "m z'' + m h (sin(roll) cos(pitch) roll'' + sin(pitch) cos(roll) pitch'' + cos(roll) "
+            "cos(pitch) (roll'^2 + pitch'^2) - 2 sin(roll) sin(pitch) roll' pitch') - "
+            "lambda_below_normal + m g = 0"
+        ): "this library's form, with multipliers; the source has Kane's equations",
+    },
 )

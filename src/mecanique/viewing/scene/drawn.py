@@ -16,7 +16,7 @@ from mecanique.model.constraint_base import Strung, list_cord_runs
 from mecanique.model.expression import Scalar, Vector
 from mecanique.model.force_base import End, LineLoad, Point, loads_in
 from mecanique.model.joint_base import Single
-from mecanique.model.joints import Joint, Planar, Prismatic, Revolute, Spherical, Universal
+from mecanique.model.joints import Planar, Prismatic, Revolute, Spherical, Universal
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.teeth import visuals_of
 from mecanique.motion.analysis.forces import Action
@@ -90,26 +90,49 @@ _THINNEST, _THICKEST = 0.03, 0.25
 
 
 def marks_of(mechanism: Mechanism, poses: np.ndarray) -> tuple[JointMark, ...]:
-    """Return a mark for each joint, at the origin of its child; mean poses (nb, 4, 4)."""
+    """Return a mark for each joint, at the origin of its child, for each pin that closes a loop.
+
+    Springs, dampers and rods that end on the bare ground stand on a foot; mean poses (nb, 4, 4).
+    """
     marks = []
     for joint in mechanism.joints:
         axis = joint.axis if isinstance(joint, (Single, Planar)) else (0.0, 0.0, 0.0)
         kind = type(joint).__name__.lower()
-        foot = _foot(mechanism, joint, poses)
+        foot: tuple[float, ...] = ()
+        if isinstance(joint, Revolute | Universal | Spherical):
+            foot = _foot(mechanism, End(joint.parent, joint.origin.xyz), joint.child, poses)
         marks.append(JointMark(joint.name, kind, joint.child, (0.0, 0.0, 0.0), axis, foot))
+    for loop in mechanism.loops:
+        if loop.kind in ("pin", "hinge", "ball"):
+            place = mechanism.matrix(loop.frame_b)
+            axis = tuple(place[:3, 2]) if loop.kind != "ball" else (0.0, 0.0, 0.0)
+            kind = "spherical" if loop.kind == "ball" else "revolute"
+            foot = _foot(mechanism, End(loop.body_a, loop.frame_a.xyz), loop.body_b, poses)
+            marks.append(JointMark(loop.name, kind, loop.body_b, tuple(place[:3, 3]), axis, foot))
+    at = {body.name: pose for body, pose in zip(mechanism.bodies, poses, strict=True)}
+    for span in spans_of(mechanism):
+        a, b = (at[e.body] @ (*mechanism.evaluate_all(e.point), 1.0) for e in span.ends)
+        for end, seat, other in ((span.ends[0], a, b), (span.ends[1], b, a)):
+            away, length = (seat - other)[:3], float(np.linalg.norm(seat - other))
+            if _is_bare(mechanism, end.body) and span.kind != "pull" and length > _LEVEL:
+                foot = (*seat[:3], *(away / length))
+                name = f"foot of {span.name}"
+                marks.append(JointMark(name, "fixed", end.body, tuple(seat[:3]), foot=foot))
     return tuple(marks)
 
 
-def _foot(mechanism: Mechanism, joint: Joint, poses: np.ndarray) -> tuple[float, ...]:
+def _is_bare(mechanism: Mechanism, body: str) -> bool:
+    return body == mechanism.ground and not mechanism.body(body).visuals
+
+
+def _foot(mechanism: Mechanism, end: End, child: str, poses: np.ndarray) -> tuple[float, ...]:
     """Where a pin on the bare ground is, and its foot's direction: up where bodies hang from it."""
-    pinned = isinstance(joint, Revolute | Universal | Spherical)
-    ground = mechanism.ground
-    if not pinned or joint.parent != ground or mechanism.body(ground).visuals:
+    if not _is_bare(mechanism, end.body):
         return ()
-    carried = list_branch(mechanism, joint.child)
+    carried = list_branch(mechanism, child)
     numbered = [(k, body) for k, body in enumerate(mechanism.bodies) if body.name in carried]
     centers = [(poses[k] @ (*mechanism.evaluate_all(body.center), 1.0))[2] for k, body in numbered]
-    seat = mechanism.evaluate_all(joint.origin.xyz)
+    seat = mechanism.evaluate_all(end.point)
     hangs = sum(centers) < len(centers) * seat[2] - _LEVEL
     return (*seat, 0.0, 0.0, 1.0 if hangs else -1.0)
 

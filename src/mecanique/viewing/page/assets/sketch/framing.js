@@ -4,7 +4,7 @@
 import { cross, dot, unit } from "../data/vectors.js";
 
 // Of the mechanism's own size: what may be framed at the start, and what is a motion that goes far.
-const SPREAD = 1.8;
+const SPREAD = 1.2;
 const FAR = 5;
 
 const NEAR = 0.3; // of the room in which bodies move: how far around it what rests is framed
