@@ -335,7 +335,7 @@ SLIPS = (
     (BALL, "conserved quantity", "m l^2 phi'", "lacks the factor sin(theta)^2"),
     (HOOP, "energy", "E = m R^2 (theta'^2 - W^2 sin(theta)^2)/2 - m g R cos(theta)", "Jacobi"),
     # with its own numbers, the hoop turns too fast for any oscillation
-    (HOOP, "frequency at theta = 0", "omega = sqrt(g/R)", "W^2"),
+    (HOOP, "frequency at theta = 0", "omega = sqrt(g/R)", "W is taken as zero"),
     (HOOP, "frequency at theta = 0", "omega = sqrt(g/R) - W", "not taken term by term"),
     (HOOP, "equilibrium", "sin theta = 0\nsin(theta) = g/(W^2 R)", "should be cos"),
     (HOOP, "equilibrium", "sin theta = 0\ncos(theta) = W^2 R/g", "is inverted"),
@@ -374,6 +374,27 @@ SLIPS = (
         *("bars_and_springs_small", "frequency", "omega = 6 sqrt(k/m)/17"),
         "'17' in '6 sqrt(k/m)/17' should be its root",
     ),
+    # what leads to wrong accelerations leads to wrong reactions
+    (
+        *("atwood_machine", "reaction", "T_cord_1 = T_cord_2 = 2 m1 m2 g/(m1 + m2)"),
+        "the inertia of 'pulley' about its own center is missing",
+    ),
+    ("rolling_disk", "reaction", "lambda_contact_x = -m g sin(alpha)/2", "of a thin ring"),
+    ("rigid_bar_pendulum", "reaction", "R_pin_t = m g sin(q)", "the term m l q''/2 is missing"),
+    (
+        *("crane", "equation of motion"),
+        "(M + m) x'' + m l0 cos(theta) theta'' - m l0 sin(theta) theta'^2 = F\n"
+        "cos(theta) x'' + l0 theta'' + g sin(theta) = 0",
+        "w is taken as zero (rate of hoisting)",
+    ),
+    (
+        *("acrobot", "kinetic energy"),
+        "T = m1 l1^2 q1'^2/6 + m2 l2^2 q2'^2/24"
+        " + m2/2 (l1^2 q1'^2 + l2^2 (q1' + q2')^2/4 + l1 l2 cos(q2) q1' (q1' + q2'))",
+        "the rotation of 'link2' is taken relative to 'link1' in T",
+    ),
+    ("rack_and_pinion", "equilibrium", "x = D/k", "the divisor r is missing"),
+    ("rack_and_pinion", "equilibrium", "x = D r/k", "'r' belongs on the other side"),
 )
 
 

@@ -289,7 +289,13 @@ ANSWERED = (
     (
         *("rolling_coin", "steady motion"),
         "5 r sin(lean) cos(lean) yaw'^2 + 6 r cos(lean) yaw' spin' - 4 g sin(lean) = 0",
-        *("wrong", "the sign of the term '4 g sin(lean)' is wrong"),
+        *("wrong", "the sign of the term '- 4 g sin(lean)' is wrong"),
+    ),
+    (
+        # of the yaw few states have a rate, of the spin all
+        *("rolling_coin", "steady motion"),
+        "4 r sin(lean) cos(lean) yaw'^2 + 6 r cos(lean) yaw' spin' + 4 g sin(lean) = 0",
+        *("wrong", "should be 5/4 times as large"),
     ),
     ("governor", "steady motion", "psi'^2 = 2 ((m + M) g - k (s - a))/(m s)", "right", ""),
     ("governor", "steady motion", "psi'^2 = 2 (m g - k (s - a))/(m s)", "wrong", "m should be"),

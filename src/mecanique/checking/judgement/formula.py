@@ -602,7 +602,10 @@ def _judge_steady(
             raise FormulaError(
                 f"expected an equation for {' or '.join(quantity.letters)}", text, statement.start
             )
-        name = rates[0]
+        sides = [side.name for side in statement.sides]
+        alone = [name for name in rates if name in sides]
+        # more states have a value of some rates than of others
+        name = max(alone or rates, key=lambda rate: np.isfinite(motions.find_rates(rate)).sum())
         roots = motions.find_rates(name)
         apart = np.abs(roots[0] - roots[1])
         # the same motion backwards is no other
@@ -613,7 +616,8 @@ def _judge_steady(
         tried = [_residual(statement, truth, {}, "", text, case) for case in cases]
         holds = [residual.holds and bool(residual.finite.any()) for residual in tried]
         covers = np.flatnonzero(holds)
-        best = min(tried, key=lambda residual: residual.worst)
+        # where there is but one rate, there is nothing to compare with the other
+        best = min(tried, key=lambda residual: (not residual.finite.any(), residual.worst))
         covered = [cases[k] for k in covers]
         if not covered:
             # of a formula with a root the same sign may give now the smaller, now the larger rate

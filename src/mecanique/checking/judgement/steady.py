@@ -106,10 +106,14 @@ class SteadyMotions:
             raise InputError(f"with any {name} the motion is steady; there is nothing to ask for")
         below, rest, above = rows[:, acting[0]]
         square, linear = (above + below) / 2 - rest, (above - below) / 2
+        square[np.abs(square) <= _ROUNDING * np.abs(rows[:, acting[0]]).max(axis=0)] = 0.0
         with np.errstate(all="ignore"):
             root = np.sqrt(linear**2 - 4 * square * rest)
-            roots = np.stack([-linear - root, -linear + root]) / (2 * square)
-        if not np.isfinite(roots).any():
+            # the sum does not cancel, and what is linear keeps one root
+            larger = -(linear + np.copysign(root, linear)) / 2
+            roots = np.stack([larger / square, rest / larger])
+        roots[~np.isfinite(roots)] = np.nan
+        if np.isnan(roots).all():
             raise InputError(
                 f"{name} keeps {self._truth.mechanism.name!r} steady in none of the random states"
             )

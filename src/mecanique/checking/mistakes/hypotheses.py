@@ -338,6 +338,19 @@ def mistake_velocities(right: RightEquations) -> Iterator[WrongDerivation]:
         for axis, speed in parts if parts[1:] else ():
             what = f"the {axis} component of the velocity of {body.name!r} is missing in T"
             lacking.append((1.05, what, speed * speed * algebra.series(body.mass) / 2))
+    for joint in right.truth.mechanism.tree:
+        if kinematics.carrier(joint.child) != kinematics.carrier(joint.parent):
+            continue
+        spins = kinematics.spin(joint.child), kinematics.spin(joint.parent)
+        moments = right.truth.mechanism.body(joint.child).inertia[:3]
+        # about a common direction the moments of inertia stay what they are
+        if any(spins[1]) and sum(any(both) for both in zip(*spins, strict=True)) == 1:
+            what = f"the rotation of {joint.child!r} is taken relative to {joint.parent!r} in T"
+            surplus = [
+                algebra.series(I) * (w * w - (w - w0) * (w - w0))
+                for I, w, w0 in zip(moments, *spins, strict=True)
+            ]
+            lacking.append((1.05, what, algebra.ring.sum(surplus) / 2))
     v = [algebra.ring[name] for name in algebra.velocities]
     pairs = combinations(range(len(v)), 2)
     products = algebra.ring.sum([right.derivation.M[i][j] * v[i] * v[j] for i, j in pairs])
@@ -362,7 +375,7 @@ def _collect_quadratic(right: RightEquations, h: Sequence[Series], names: Sequen
 
 
 def mistake_readings(right: RightEquations) -> Iterator[WrongDerivation]:
-    """Yield equations with parameters of the same unit exchanged throughout."""
+    """Yield equations with a parameter zero, or with two of the same unit exchanged throughout."""
     mechanism = right.truth.mechanism
     used = {g.name for row in right.derivation.rows for g in row.generators()}
     if "t" in used:
@@ -370,6 +383,10 @@ def mistake_readings(right: RightEquations) -> Iterator[WrongDerivation]:
         start = {"t": np.zeros(right.sample.count)}
         yield WrongDerivation("time dependence", what, 1.4, right.reread(lambda _: start))
     parameters = [p for p in mechanism.parameters if p.symbol in used]
+    for p in parameters:
+        what = f"{p.symbol} is taken as zero" + f" ({p.meaning})" * bool(p.meaning)
+        terms = right.reread(partial(_stop, (p.symbol,)))
+        yield WrongDerivation("missing", what, 1.65, terms)
     for first, second in permutations(parameters, 2):
         if first.unit != second.unit:
             continue
@@ -857,7 +874,7 @@ class Hypotheses:
         return RightEquations(self._truth, self._truth.closed_form)
 
     @cached_property
-    def _led(self) -> list[tuple[WrongDerivation, Array]]:
+    def pairs(self) -> list[tuple[WrongDerivation, Array]]:
         """Every hypothesis that determines a motion other than the right one, with that motion."""
         with stop_clock():
             led = ((hypothesis, self._lead(hypothesis)) for hypothesis in self.every)
@@ -887,12 +904,12 @@ class Hypotheses:
     @property
     def listed(self) -> tuple[WrongDerivation, ...]:
         """Every hypothesis whose equations determine the motion and differ from the right ones."""
-        return tuple(hypothesis for hypothesis, _ in self._led)
+        return tuple(hypothesis for hypothesis, _ in self.pairs)
 
     @cached_property
     def motions(self) -> Array:
         """The accelerations and multipliers of each hypothesis, shape (hypotheses, n, nv + m)."""
-        motions = [motion for _, motion in self._led]
+        motions = [motion for _, motion in self.pairs]
         return np.stack(motions) if motions else np.zeros((0, *self._sample.motion.shape))
 
     def _lead(self, hypothesis: WrongDerivation) -> Array | None:

@@ -33,7 +33,7 @@ from mecanique.checking.grammar.tree import (
 from mecanique.checking.judgement.equilibria import judge_positions
 from mecanique.checking.judgement.motion import Residual
 from mecanique.checking.judgement.quantities import ENERGIES, AskedQuantity, measure, roll
-from mecanique.checking.judgement.truth import Truth
+from mecanique.checking.judgement.truth import SeriesValues, Truth
 from mecanique.checking.mistakes.hypotheses import (
     MULTIPLES,
     EquationValues,
@@ -44,6 +44,7 @@ from mecanique.checking.mistakes.hypotheses import (
 )
 from mecanique.checking.verdict import Mistake
 from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import FormulaError
 from mecanique.model.random_positions import angles
@@ -132,6 +133,27 @@ class QuantityMistakes:
                 yield Mistake(kind, text, "", 0.7), self._claim(quantity, values)
         if quantity.kind == "several":
             yield from self._claim_frequencies(quantity)
+        if quantity.kind == "letters" and quantity.derivation is not None:
+            yield from self._claim_reactions(quantity, quantity.derivation)
+
+    def _claim_reactions(
+        self, quantity: AskedQuantity, derivation: Derivation
+    ) -> Iterator[tuple[Mistake, Claims]]:
+        """Yield the hypotheses with the reactions in the motions that they lead to."""
+        sample = self._truth.sample
+        moving = (*self._truth.accelerations, *self._truth.multipliers)
+        if {*quantity.letters} - {*quantity.series, *moving}:
+            return  # where wheels part, forces follow from the size of others
+        right = self._hypotheses.right.terms
+        for hypothesis, motion in self._hypotheses.pairs:
+            # balances of forces have no factor of T, and those of bodies have their weights
+            lifted = (hypothesis.terms.V != right.V).any() and bool(quantity.series)
+            if hypothesis.row >= 0 or hypothesis.kind == "half" or lifted:
+                continue
+            led = {**sample.values, **dict(zip(moving, motion.T, strict=True))}
+            here = SeriesValues(derivation, led, sample.count)
+            reactions = {letter: here(series) for letter, series in quantity.series.items()}
+            yield hypothesis.mistake(0.05), [led | reactions]
 
     def _claim(
         self,
@@ -339,8 +361,13 @@ class QuantityMistakes:
         left, right = statements[wrong].sides[0], statements[wrong].sides[-1]
         symbols = [parameter.symbol for parameter in self._truth.mechanism.parameters]
         lacking = (
-            (Mistake("missing", f"{symbol} is missing", "", 1.2), add(right, letter(symbol)))
-            for symbol in symbols
+            (Mistake("missing", f"{said}{symbol} is missing", "", weight), join(right, factor))
+            for weight, said, join in (
+                (1.2, "", add),
+                (1.3, "the factor ", multiply),
+                (1.3, "the divisor ", divide),
+            )
+            for symbol, factor in zip(symbols, map(letter, symbols), strict=True)
         )
         mended_right = chain(mutate(right, written, self._units, is_term=True), lacking)
         sides = [(mistake, (left, changed)) for mistake, changed in mended_right]
@@ -567,6 +594,8 @@ def _change(
         yield 0.8, "measure", f"the argument of '{part}' is inverted", call(node.name, inverse)
     if node.kind == "letter" and part:
         yield 1.2, "power", f"'{part}' should be {part}^2", squared
+        said = f"'{part}' belongs on the other side of the fraction bar"
+        yield 1.35, "inverted", said, divide(number(1), node)
     if node.kind == "quotient":
         yield 1.0, "inverted", f"'{part}' is inverted", divide(*reversed(node.parts))
     if node.kind == "power":

@@ -895,9 +895,10 @@ class Search:
         # a hypothesis that contradicts a right equation explains only part of the answer
         denied = _DENIED * ~np.asarray(holds[:, right].all(axis=1))
         common: list[Mistake] = []
+        of_all = np.zeros(len(holds), dtype=bool)
         if np.count_nonzero(~right) > 1:
-            every = np.asarray(holds.all(axis=1))
-            common = self._list_likeliest(every, np.full(len(holds), _SEVERAL), 0)
+            of_all = np.asarray(holds.all(axis=1))
+            common = self._list_likeliest(of_all, np.full(len(holds), _SEVERAL), 0)
         moving = {*self._truth.mechanism.coordinates, *self._truth.velocities}
         moves = any(residual.root.letters & moving for residual in residuals)
         explained: list[tuple[Mistake, ...]] = []
@@ -910,7 +911,8 @@ class Search:
             elif not residual.holds:
                 exact = self._find_exact(residual)
                 unlikely = np.maximum(denied, _DENIED * self._contradict(exact)[: len(denied)])
-                mistakes = [*common, *self._list_likeliest(holds[:, k], unlikely, number)]
+                of_one = self._list_likeliest(holds[:, k] & ~of_all, unlikely, number)
+                mistakes = [*common, *of_one]
                 if residual.sample is self._truth.sample:
                     repaired = _list_in_time(repairs(residual, self.context, text, exact))
                     if all(m.weight >= _UNLIKELY for m in (*repaired, *mistakes)):
@@ -1031,8 +1033,7 @@ class Search:
 
     def list_slips(self) -> list[tuple[WrongDerivation, Array]]:
         """Return the slips with the motions that they lead to, the likeliest first."""
-        pairs = zip(self._hypotheses.listed, self._hypotheses.motions, strict=True)
-        return sorted(pairs, key=lambda pair: pair[0].weight)
+        return sorted(self._hypotheses.pairs, key=lambda pair: pair[0].weight)
 
     def _hold(self, residuals: Sequence[Residual]) -> npt.NDArray[np.bool_]:
         """Return whether each equation holds for the accelerations of each hypothesis."""
