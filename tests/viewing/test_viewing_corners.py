@@ -29,8 +29,10 @@ from viewing_engines import SCRIPTS, engine_of, needs_node, run
 import mecanique as mq
 from mecanique.motion.motion import Motion
 from mecanique.textbook import entry, load
+from mecanique.viewing.engine import Maker
 from mecanique.viewing.live.view import Computed, follow
 from mecanique.viewing.page.panels import safe, write_equations
+from mecanique.viewing.scene.from_motion import scene_of
 from mecanique.viewing.scene.inspection import inspection_of
 from mecanique.viewing.scene.scene import ModeStrip
 from mecanique.viewing.show import scene
@@ -223,6 +225,14 @@ def compare(motions: list[Motion], tmp_path: Path) -> None:
             np.testing.assert_allclose(column, taken, rtol=1e-8, atol=1e-9 * size, err_msg=name)
 
 
+def test_a_page_that_computes_keeps_forces_that_end_within_the_motion() -> None:
+    """A ladder leaves the wall; the weights and contacts of all bodies have their arrows."""
+    motion = move("ladder")
+    maker = Maker(motion, mq.derive(motion.mechanism))
+    shown = {arrow.name for arrow in maker.thin(scene_of(motion)).arrows}
+    assert shown >= {"weight of ladder", "floor, normal on ladder", "wall, normal on ladder"}
+
+
 DOME = move_in_plane(
     mq.ball(1.0, 0.1),
     mq.Contact("dome", "body", radius=0.1, bowl=-1.0, plane=mq.Placement((0, 0, 1.0))),
@@ -408,9 +418,50 @@ def test_a_page_has_poissons_impacts(
     np.testing.assert_allclose(states[:, -1], lost["end: impact"], rtol=0, atol=1e-11)
 
 
-def test_a_page_says_which_corners_it_only_plays() -> None:
-    with pytest.raises(mq.DerivationError, match="'floor' slips in space"):
-        engine_of(move("tippe_top", 0.02))
+@needs_node
+@pytest.mark.slow
+def test_a_page_computes_slip_in_space_as_python_does(tmp_path: Path) -> None:
+    """A tippe top slips in a direction that turns round and round, until it rolls at 1.025 s."""
+    system = entry("tippe_top")
+    v = {rate.removesuffix("'"): value for rate, value in system.start_velocity.items()}
+    motion = mq.simulate(system.mechanism(), q=system.start, v=v, duration=1.2, rtol=1e-12)
+    assert [dict(span.states) for span in motion.modes] == [{"floor": "slips"}, {"floor": "sticks"}]
+    times = [0.3, 0.6, 1.0, 1.1, 1.2]
+    task = {"engine": asdict(engine_of(motion)), "rtol": 1e-12, "times": times}
+    (computed,) = run([task], tmp_path)
+    assert computed["stopped"] == ""
+    assert computed["strips"] == [["floor", "sticks"]]
+    known = motion(times)
+    expected = np.hstack([known.q, known.v])
+    states = np.array(computed["states"])
+    np.testing.assert_allclose(states[:, : expected.shape[1]], expected, rtol=0, atol=1e-8)
+    heat = motion.losses(times)["floor: friction"]
+    np.testing.assert_allclose(-states[:, expected.shape[1]], heat, rtol=1e-9, atol=0)
+
+
+@needs_node
+def test_a_page_has_impacts_with_slip_in_space(tmp_path: Path) -> None:
+    """A ball at 5 m/s falls 0.2 m and slips as it strikes: μ (1 + e) u < 2/7 · 5 m/s."""
+    ball = mq.Mechanism(
+        "ball",
+        (mq.Body("ground"), mq.Body("ball", mq.ball(1.0, 0.1))),
+        (mq.Floating("free", "ground", "ball"),),
+        switching=(mq.Contact("floor", "ball", radius=0.1, restitution=0.5, mu=0.2),),
+    )
+    motion = mq.simulate(
+        ball, q={"free_z": 0.3}, v={"free_vx": 3.0, "free_vy": 4.0}, duration=1.0, rtol=1e-12
+    )
+    fall = math.sqrt(0.4 / 9.81)
+    times = [0.1, fall + 0.01, 0.5, 1.0]
+    task = {"engine": asdict(engine_of(motion)), "rtol": 1e-12, "times": times}
+    (computed,) = run([task], tmp_path)
+    assert computed["stopped"] == ""
+    known = motion(times)
+    states = np.array(computed["states"])[:, :13]
+    np.testing.assert_allclose(states, np.hstack([known.q, known.v]), rtol=0, atol=1e-8)
+    slowed = 5.0 - 0.2 * 1.5 * 9.81 * fall
+    x, y = states[1, :2]
+    assert math.hypot(x, y) == pytest.approx(5.0 * fall + 0.01 * slowed, rel=0, abs=1e-9)
 
 
 SHOWN = """() => [...document.querySelectorAll("#strips .strip")].map((row) => [

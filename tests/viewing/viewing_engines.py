@@ -64,7 +64,8 @@ def run(tasks: Any, folder: Path, script: str = "run_engines") -> list[dict[str,
 def write_runner(tasks: list[dict[str, Any]], path: Path) -> Path:
     """Write a page that moves engines to their ends; what it finds is `found` there."""
     texts = []
-    for name in ("../data/vectors", "tableau", "dop853", "bounds", "loops", "corners", "machine"):
+    first, law = ("../data/vectors", "tableau", "dop853"), ("bounds", "loops", "law", "corners")
+    for name in (*first, *law, "machine"):
         text = (ASSETS / f"{name}.js").read_text(encoding="utf-8")
         texts.append(re.sub(r"^import .*\n|^export ", "", text, flags=re.MULTILINE))
     data = json.dumps(tasks).replace("<", "\\u003c")

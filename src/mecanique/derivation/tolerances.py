@@ -140,6 +140,18 @@ REDUNDANT = 1e-11
 SAME_ANSWER = 1e-7
 """Answers that differ by less, of the speeds or accelerations around, are the same answer."""
 
+TURNED = 0.8660254037844387
+"""Cosine of 30°, after which slip in space that has turned is followed anew."""
+
+ASTRAY = 0.5
+"""Cosine of 60°, within which the direction of slip in space is its own.
+
+A step may pass the first. Slip that ends passes both at once, as it comes back from where it went.
+"""
+
+ANGLES = 72
+"""Directions in which a root of the direction of slip in space is looked for."""
+
 SWITCHING = {
     "CLOSED_GAP": CLOSED_GAP,
     "EVEN": EVEN,
@@ -150,5 +162,8 @@ SWITCHING = {
     "SLACK": SLACK,
     "REDUNDANT": REDUNDANT,
     "SAME_ANSWER": SAME_ANSWER,
+    "TURNED": TURNED,
+    "ASTRAY": ASTRAY,
+    "ANGLES": ANGLES,
 }
 """Those that pages and code in C take, too."""

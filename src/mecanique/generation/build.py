@@ -217,11 +217,6 @@ def _list_corners(mechanism: Mechanism, equations: SwitchingEquations) -> Switch
             f"mechanism {mechanism.name!r} has {len(mechanism.switching)} elements that switch, "
             f"whose modes an FMU tries one by one; expected at most {MOST_ELEMENTS}"
         )
-    for element in equations.elements:
-        if len(element.tangents) > 1:
-            raise DerivationError(
-                f"contact {element.name!r} slips in space, whose direction an FMU does not seek"
-            )
     in_joints = [row.offset is not None for e in mechanism.switching for row in e.joint_rows]
     names = [row.name for row in equations.contacts]
     return SwitchingTerms(
@@ -232,7 +227,7 @@ def _list_corners(mechanism: Mechanism, equations: SwitchingEquations) -> Switch
         {
             k: tuple(values_of(np.concatenate(equations.bounce(element.name))))
             for k, element in enumerate(equations.elements)
-            if element.struck
+            if element.struck and len(element.tangents) < 2  # in space its friction is asked for
         },
     )
 

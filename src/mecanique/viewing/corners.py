@@ -1,41 +1,22 @@
-"""What a page needs to compute a motion with corners: the program of every mode and impact.
+"""What a page needs to compute a motion with corners: the terms of a state.
 
-The law of modes is written on the tape that their equations are solved on, and so are the margins
-that end a mode and those by which it is one that may follow; the page compares numbers with zero.
+Its scripts have the law by which modes are solved and follow each other, and that of impacts.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from itertools import product
 from math import prod
 from typing import Any, final
 
 import numpy as np
 
 from mecanique.derivation.mechanics.letters import Letters
-from mecanique.derivation.mechanics.switching import (
-    OPEN,
-    STICKS,
-    ElementRows,
-    ElementState,
-    Mode,
-    ModeProblem,
-    Scalars,
-    Terms,
-    accelerate,
-    as_scalars,
-    close_contacts,
-    hold,
-    list_margins,
-    list_present_margins,
-    name_mode,
-    strike,
-)
+from mecanique.derivation.mechanics.switching import as_scalars, close_contacts
 from mecanique.derivation.mechanics.vectors import Triple, add, cross, scale
-from mecanique.derivation.tolerances import REDUNDANT, SWITCHING
-from mecanique.errors import DerivationError, MecaniqueError
+from mecanique.derivation.tolerances import SWITCHING
+from mecanique.errors import DerivationError
 from mecanique.generation.build import assemble
 from mecanique.generation.mechanics.constrained import inputs_at
 from mecanique.generation.mechanics.dynamics import TapeDynamics
@@ -45,39 +26,27 @@ from mecanique.model import Contact, Mechanism
 from mecanique.model.states import States
 from mecanique.motion.motion import Motion
 from mecanique.motion.switching.corners import Corners, ElementForce
-from mecanique.motion.switching.law import solve
 from mecanique.motion.tolerances import TINY
 from mecanique.program.evaluation import evaluate
 from mecanique.program.traced import trace, values_of
-from mecanique.verification.states import random_states
 from mecanique.viewing.scene.scene import PageElement, PageModes
 
-MOST_MODES = 64
-"""More modes than this, of those that rigid bodies determine, make a long program."""
-
-MOST_CHOICES = 256
-"""Among more combinations of states it would be long looked for these."""
-
-_STATES = 8
-"""Random states in which it is found which modes rigid bodies determine."""
+MOST_MODES = 256
+"""Among more combinations of states it would be long looked for rests."""
 
 _SAME = 1e-8
-"""Largest difference, relative to the largest force, from the forces of a motion's own modes."""
+"""Largest difference, relative to the largest of its kind, from terms and forces of a motion."""
 
-
-_IMPULSE = "impulse of "
-"""What impulses are called on the tape, before the name of their element."""
-
-_FREE = 1e-6
-"""Part of a row that others leave free, above rounding."""
+_FORCE = "force of row "
+"""What the forces along rows are called on the tape, before the number of their row."""
 
 
 @final
 class PageCorners:
-    """The modes of a motion's mechanism on a tape.
+    """The terms of a motion's mechanism on a tape.
 
     Raises:
-        DerivationError: if they are not written out for a page.
+        DerivationError: if a page does not switch the elements, or its terms are not the engine's.
     """
 
     def __init__(self, motion: Motion, symbols: Sequence[str]) -> None:
@@ -90,30 +59,21 @@ class PageCorners:
         self._equations = SwitchingEquations(
             self.mechanism, letters, corners.rows.idle.__contains__
         )
-        self.elements = self._equations.elements
         self._forces = [
             signal.signal
             for signal in motion.mechanism.inputs
             if isinstance(signal.signal, ElementForce)
         ]
-        struck = [element for element in self.elements if element.struck]
-        self._modes = list(_combine_sticking(self.elements))
-        together = struck if len(struck) > 1 else []
-        self._strikes = list(_combine(self.elements, together))
-        self._expansions = list(_combine(self.elements, [e for e in together if e.by_impulse]))
-        self._given: dict[int, Any] = {}
-        for element in struck:
-            assert element.normal is not None, "it is struck"
-            impulse = letters.tape.input(f"{_IMPULSE}{element.name}")
-            self._given[element.normal] = trace(letters.tape, impulse)
-        self._samples: dict[frozenset[str], States | None] = {}
+        self._names = [f"{_FORCE}{k}" for k, _ in enumerate(self._equations.terms.gaps)]
+        self._pushes = as_scalars(
+            trace(letters.tape, letters.tape.input(name)) for name in self._names
+        )
 
     def program(self, answers: Sequence[Answer]) -> Program:
-        """Return the program of answers; impulses stand in the place of the elements' forces."""
+        """Return the program of answers; forces along rows replace those on bodies."""
         program = assemble(self.dynamics, "page", answers)
-        names = [f"{_IMPULSE}{element.name}" for element in self.elements if element.struck]
-        impulses = [ProgramInput(f"impulse{k}", name, "N·s") for k, name in enumerate(names)]
-        letters = {**program.letters, "p": (*program.letters["p"], *impulses)}
+        pushes = [ProgramInput(f"force{k}", name, "N") for k, name in enumerate(self._names)]
+        letters = {**program.letters, "p": (*program.letters["p"], *pushes)}
         return replace(program, letters=letters)
 
     @property
@@ -124,140 +84,40 @@ class PageCorners:
 
     def functions(self) -> tuple[dict[str, list[Any]], PageModes]:
         """Return what the page evaluates, by name, and what it must know of that."""
-        modes = [mode for mode in self._modes if self._is_determined(mode, struck=False)]
-        strikes = [mode for mode in self._strikes if self._is_determined(mode, struck=True)]
-        if len(modes) > MOST_MODES:
-            raise DerivationError(
-                f"{len(modes)} modes are more than the {MOST_MODES} that a page has"
-            )
-        expansions = [
-            mode
-            for mode in self._expansions
-            if self._is_determined(mode, struck=True, expands=True)
-        ]
-        written = [self._write_mode(mode) for mode in modes]
-        self._compare(modes, written)
-        functions = {"rows": self._write_rows()}
-        functions |= {f"mode{k}": values for k, values in enumerate(written)}
+        terms, elements = self._equations.list_terms(), self._equations.elements
+        pressed = [self._press(force) for force in self._forces]
+        self._compare(terms, pressed)
+        functions = {"terms": terms, "press": pressed}
         functions |= {
-            f"impact{k}": self._take(*self._equations.bounce(element.name))
-            for k, element in enumerate(self.elements)
-            if element.struck
-        }
-        functions |= {f"strike{k}": self._write_strike(mode) for k, mode in enumerate(strikes)}
-        functions |= {
-            f"expansion{k}": self._write_strike(mode, self._given)
-            for k, mode in enumerate(expansions)
+            f"impact{k}": list(np.concatenate(self._equations.bounce(element.name)))
+            for k, element in enumerate(elements)
+            if element.struck and len(element.tangents) < 2  # in space its friction is asked for
         }
         listed = tuple(
             PageElement(
                 element.name,
                 element.normal,
-                element.tangents[0] if element.tangents else None,
+                element.tangents,
+                element.pressing,
                 struck=element.struck,
                 in_turn=element.in_turn,
                 by_impulse=element.by_impulse,
                 ends=element.length is not None,
             )
-            for element in self.elements
+            for element in elements
         )
         return functions, PageModes(
             elements=listed,
-            modes=tuple(map(_name, modes)),
-            kept=tuple(map(_find_kept, modes)),
-            strikes=tuple(map(_name, strikes)),
-            expansions=tuple(map(_name, expansions)),
             positional=tuple(self._corners.rows.positional.tolist()),
             forces=len(self._forces),
             length=self._corners.length,
             tolerances=SWITCHING,
         )
 
-    def _write_rows(self) -> list[Any]:
-        """Gaps, rates, J and M⁻¹Jᵀ of all rows, M⁻¹ of the load, T, numbers of each element."""
-        terms = self._equations.driven
-        free = self._equations.by_mass(list(terms.load))
-        numbers = [
-            [element.restitution for element in self.elements],
-            [element.holds for element in self.elements],
-            terms.static - terms.kinetic,
-            terms.inside,
-        ]
-        of_elements = [x for of_element in zip(*numbers, strict=True) for x in of_element]
-        slopes = [slope for row in terms.jacobian for slope in row]
-        steps = [part for row in terms.jacobian for part in self._equations.by_mass(list(row))]
-        v = as_scalars(self.letters.v)
-        rows = [*terms.gaps, *terms.rates, *slopes, *steps]
-        return [*rows, *free, 0.5 * (v @ terms.mass @ v), *of_elements]
-
-    def _write_mode(self, mode: Mode) -> list[Any]:
-        """Accelerations, forces as the page's inputs, heat, margins and what is presupposed."""
-        terms = self._equations.driven
-        drive = accelerate(terms, self.elements)
-        a, forces = self._equations.solve(mode, drive)
-        margins = list_present_margins(terms, self.elements, mode, forces, self._equations.length)
-        rubbing = [element.tangents for element in self.elements if element.tangents]
-        heat = [-1.0 * forces[rows[0]] * terms.rates[rows[0]] for rows in rubbing]  # in a plane
-        signals = [self._press(force, forces) for force in self._forces]
-        return [
-            *a,
-            *signals,
-            *heat,
-            *np.ravel(np.array(margins, dtype=object)),
-            *self._presuppose(mode, drive, a, forces),
-            sum(map(self._equations.length, terms.load), 0.0),
-        ]
-
-    def _write_strike(self, mode: Mode, given: Mapping[int, Any] | None = None) -> list[Any]:
-        """Changes of velocities, the energy that each element takes, and what is presupposed.
-
-        Impulses of normals are given in the expansion of Poisson's law.
-        """
-        terms, elements = self._equations.terms, self.elements
-        targets = {
-            element.normal: 0.5 * element.restitution * (self._equations.length(rate) - rate)
-            for element in elements
-            if element.normal is not None and element.struck and not element.by_impulse
-            for rate in (terms.rates[element.normal],)
-        }
-        drive = strike(terms, targets, elements, given)
-        solved = self._equations.solve(mode, drive)
-        return [*self._take(*solved), *self._presuppose(mode, drive, *solved)]
-
-    def _take(self, change: Scalars, impulses: Scalars) -> list[Any]:
-        """Return changes of velocities, and the energy that each element takes."""
-        between = as_scalars(self.letters.v) + 0.5 * change
-        works = impulses * (self._equations.terms.jacobian @ between)
-        return [*change, *(-1.0 * sum(works[list(e.rows)], 0.0) for e in self.elements)]
-
-    def _presuppose(
-        self, mode: Mode, drive: ModeProblem, a: Scalars, forces: Scalars
-    ) -> Iterator[Any]:
-        """Yield two margins of each element, then the sizes of what is compared in them.
-
-        The margins are what the rows gain by and the forces have left, `law.Laws.follow`.
-        """
-        terms, length = self._equations.terms, self._equations.length
-        gained = terms.jacobian @ a - drive.wanted
-        limits = drive.sticking, drive.holds
-        left = list_margins(self.elements, mode, (gained, gained), forces, limits, length)
-        yield from np.ravel(np.array(left, dtype=object))
-        free = self._equations.by_mass(list(drive.load))
-        moved = [length(x) + length(y) for x, y in zip(a, free, strict=True)]
-        for element in self.elements:
-            for row in (element.normal, next(iter(element.tangents), None)):
-                if row is None:
-                    yield 0.0
-                else:
-                    slopes = map(length, terms.jacobian[row])
-                    along = sum(s * x for s, x in zip(slopes, moved, strict=True))
-                    yield along + length(drive.wanted[row])
-        yield sum(map(length, forces), 0.0)
-
-    def _press(self, force: ElementForce, forces: Scalars) -> Any:
+    def _press(self, force: ElementForce) -> Any:
         """Return a component of an element's force on a body, by the forces along rows."""
         if not isinstance(force.source, tuple):
-            return sum(weight * forces[row] for row, weight in force.source.items())
+            return sum(weight * self._pushes[row] for row, weight in force.source.items())
         name, body, kind = force.source
         pull: Triple = [0.0, 0.0, 0.0]
         place: Triple = pull
@@ -265,7 +125,7 @@ class PageCorners:
             contact, _, which = row.name.rpartition(": ")
             if contact == name and (which == "normal") == (kind == "normal"):
                 assert row.direction is not None, "a contact's row has one"
-                pull, place = add(pull, scale(forces[k], row.direction)), row.place or place
+                pull, place = add(pull, scale(self._pushes[k], row.direction)), row.place or place
         source = next(e for e in self.mechanism.switching if e.name == name)
         assert isinstance(source, Contact), "it has a wrench"
         center = source.center if body == source.body else (0.0, 0.0, 0.0)
@@ -274,103 +134,35 @@ class PageCorners:
         sign = 1.0 if body == source.body else -1.0
         return sign * (*pull, *moment)[force.part]
 
-    def _is_determined(self, mode: Mode, *, struck: bool, expands: bool = False) -> bool:
-        """Return whether rigid bodies determine the forces of a mode, by sampled states."""
-        rows, elements = self._corners.rows, self._corners.elements
-        held = [e.name for e, state in zip(elements, mode, strict=True) if state.name != OPEN]
-        states = self._sample(frozenset(held))
-        if states is None:
-            return False
-        for state in zip(states.q, states.v, states.t.tolist(), strict=True):
-            terms = rows.at(*state)
-            given = dict.fromkeys(self._given, 1.0) if expands else None
-            drive = strike(terms, {}, elements, given) if struck else accelerate(terms, elements)
-            if not struck and not _leaves_slip(terms, elements, mode, drive):
-                continue
-            solution = solve(terms, elements, mode, drive)
-            if solution is not None and not solution.redundant:
-                return True
-        return False
-
-    def _sample(self, held: frozenset[str]) -> States | None:
-        """Return states in which the contacts held are closed; None if they are not at once."""
-        if held not in self._samples:
-            held_alone = [element for element in self.mechanism.switching if element.name in held]
-            closed = close_contacts(replace(self.mechanism, switching=tuple(held_alone)))
-            try:
-                self._samples[held] = random_states(closed, _STATES, 0)
-            except MecaniqueError:
-                self._samples[held] = None
-        return self._samples[held]
-
-    def _compare(self, modes: Sequence[Mode], values: Sequence[list[Any]]) -> None:
-        """Compare the forces of modes with those of the motion in the middle of each span."""
-        motion, nv = self._motion, self.mechanism.nv
+    def _compare(self, terms: Sequence[Any], pressed: Sequence[Any]) -> None:
+        """Compare terms and forces with those of the motion in the middle of each span."""
+        motion, letters = self._motion, self.letters
         for span in motion.modes:
-            named = tuple(span.states[element.name] for element in self.elements)
-            for mode, written in zip(modes, values, strict=True):
-                if _name(mode) != named or _find_kept(mode):
-                    continue
-                t = (span.begin + span.end) / 2
-                at = motion(t)
-                here = States(
-                    self.letters.mechanism, at.q[None], at.v[None], np.array([t]), at.v[None]
-                )
-                inputs = inputs_at(self.letters, here)
-                signals = values_of(written[nv : nv + len(self._forces)])
-                (ours,) = evaluate(self.letters.tape, signals, inputs, 1)
-                theirs = np.array([force(t) for force in self._forces])
-                gap = float(np.abs(ours - theirs).max(initial=0.0))
-                if not gap <= _SAME * float(np.abs(theirs).max(initial=TINY)):
+            t = (span.begin + span.end) / 2
+            at = motion(t)
+            here = States(letters.mechanism, at.q[None], at.v[None], np.array([t]), at.v[None])
+            known, forces = self._corners.forces(t, at.q, at.v)
+            inputs = inputs_at(letters, here) | dict(zip(self._names, forces, strict=True))
+            (ours,) = evaluate(letters.tape, values_of([*pressed, *terms[len(at.q) :]]), inputs, 1)
+            along, free = np.abs(known.jacobian), np.linalg.solve(known.mass, known.load)
+            acting = np.array([force(t) for force in self._forces])
+            for name, theirs, sizes in (
+                ("forces", acting, acting),
+                ("masses", known.mass, known.mass),
+                ("loads", known.load, known.load),
+                ("slopes", known.jacobian, along),
+                ("accelerations of rows", known.gamma, along @ np.abs(free)),
+                ("gaps", known.gaps, self._corners.length),
+                ("rates", known.rates, along @ np.abs(at.v)),
+            ):
+                part, ours = np.split(ours, [theirs.size])
+                gap = float(np.abs(part - theirs.ravel()).max(initial=0.0))
+                if not gap <= _SAME * float(np.abs(sizes).max(initial=TINY)):
+                    states = ", ".join(span.states.values())
                     raise DerivationError(
-                        f"the program gives other forces in the mode {', '.join(named)} than the "
-                        f"motion, by {gap:.1e}"
+                        f"the program gives other {name} in the mode {states} than the motion, by "
+                        f"{gap:.1e}"
                     )
-
-
-def _combine(elements: Sequence[ElementRows], moving: Sequence[ElementRows]) -> Iterator[Mode]:
-    """Yield every mode of some elements, the others being open, in which one is not."""
-    for states in product(*(element.states for element in moving)):
-        named = {element.name: state for element, state in zip(moving, states, strict=True)}
-        if {*states} - {OPEN}:
-            yield name_mode(elements, named)
-
-
-def _combine_sticking(elements: Sequence[ElementRows]) -> Iterator[Mode]:
-    """Yield every mode, also those in which what sticks uses all of its static friction."""
-    choices: list[list[ElementState]] = []
-    for element in elements:
-        states = [name_mode([element], {element.name: name})[0] for name in element.states]
-        choices.append(states + [replace(s, name=STICKS) for s in states if s.direction])
-    yield from product(*choices)
-
-
-def _find_kept(mode: Mode) -> tuple[int, ...]:
-    """Return the elements that use all of their static friction."""
-    return tuple(k for k, state in enumerate(mode) if _is_kept(state))
-
-
-def _is_kept(state: ElementState) -> bool:
-    return state.name == STICKS and bool(state.direction)
-
-
-def _leaves_slip(
-    terms: Terms, elements: Sequence[ElementRows], mode: Mode, drive: ModeProblem
-) -> bool:
-    """Return whether what slips in a mode may do so, and what is kept from slipping may not."""
-    held = terms.jacobian[hold(terms, elements, mode, drive).rows]
-    spanned = np.linalg.pinv(held, rcond=REDUNDANT) @ held
-    for element, state in zip(elements, mode, strict=True):
-        if state.direction:
-            row = terms.jacobian[element.tangents[0]]
-            free = np.linalg.norm(row - spanned @ row) > _FREE * np.linalg.norm(row)
-            if free == _is_kept(state):
-                return False
-    return True
-
-
-def _name(mode: Mode) -> tuple[str, ...]:
-    return tuple(state.name for state in mode)
 
 
 def _refuse(corners: Corners) -> None:
@@ -378,8 +170,5 @@ def _refuse(corners: Corners) -> None:
     if corners.rows.permanent:
         raise DerivationError("a page does not switch elements beside loops and rolling")
     count = prod(len(element.states) for element in corners.elements)
-    if count > MOST_CHOICES:
-        raise DerivationError(f"{count} modes are more than a page looks through, {MOST_CHOICES}")
-    for element in corners.elements:
-        if len(element.tangents) > 1:
-            raise DerivationError(f"{element.name!r} slips in space, whose direction is sought")
+    if count > MOST_MODES:
+        raise DerivationError(f"{count} modes are more than a page looks through, {MOST_MODES}")

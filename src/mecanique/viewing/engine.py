@@ -512,7 +512,15 @@ class Maker:
             vectors[name] = action.force if unit == "N" else action.moment
         vectors |= {name: (x, 0.0, 0.0) for name, x in self._reactions().items()}
         letters = self._letters
-        states = random_states(self._mechanism, _STATES, 0)
+        # forces of elements are known along the motion alone
+        at_rest = [
+            replace(signal, signal=0.0) if isinstance(signal.signal, ElementForce) else signal
+            for signal in self._mechanism.inputs
+        ]
+        states = random_states(replace(self._mechanism, inputs=tuple(at_rest)), _STATES, 0)
+        if self._corners is not None:
+            times = self._motion.t[np.linspace(0, len(self._motion.t) - 1, _STATES).astype(int)]
+            states = States(self._mechanism, states.q, states.v, times, states.a)
         scalars = [component for vector in vectors.values() for component in vector]
         numbers = evaluate(
             letters.tape, values_of(scalars), inputs_at(letters, states), len(states)

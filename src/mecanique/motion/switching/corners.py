@@ -31,6 +31,7 @@ from mecanique.derivation.mechanics.switching import (
 )
 from mecanique.derivation.switching import name_forces
 from mecanique.derivation.tolerances import (
+    ASTRAY,
     CLOSED_GAP,
     DEAD,
     DRIFTED,
@@ -54,7 +55,7 @@ from mecanique.model.parameters import Input
 from mecanique.motion.compile.python import list_values, scalar
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Event, Margin, ModeSpan, Occurrence
-from mecanique.motion.switching.law import ASTRAY, Laws, ModeSolution, UndecidedError
+from mecanique.motion.switching.law import Laws, ModeSolution, UndecidedError
 from mecanique.motion.switching.rows import SwitchingRows
 from mecanique.motion.tolerances import TINY
 from mecanique.program.traced import values_of

@@ -40,22 +40,19 @@ from mecanique.derivation.mechanics.switching import (
     solve_held,
     strike,
 )
-from mecanique.derivation.tolerances import REDUNDANT, SAME_ANSWER, SLACK
+from mecanique.derivation.tolerances import (
+    ANGLES,
+    ASTRAY,
+    REDUNDANT,
+    SAME_ANSWER,
+    SLACK,
+    TURNED,
+)
 from mecanique.errors import InputError
 from mecanique.motion.tolerances import TINY
 
 MOST_MODES = 4096
 """So many modes at most are tried at once."""
-
-
-TURNED, ASTRAY = np.cos(np.pi / 6), np.cos(np.pi / 3)
-"""Slip in space that has turned by 30° is followed anew; within 60° its direction is its own.
-
-A step may pass the first. Slip that ends passes both at once, as it comes back from where it went.
-"""
-
-ANGLES = 72
-"""Directions in which a root of the direction of slip is looked for."""
 
 _TURN = np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False)
 

@@ -152,7 +152,8 @@ class PageElement:
 
     name: str
     normal: int | None
-    tangent: int | None
+    tangents: tuple[int, ...]
+    pressing: int | None  # the row whose force its friction goes by
     struck: bool = False  # whether it has impacts
     in_turn: bool = False
     by_impulse: bool = False  # whether by Poisson's law
@@ -162,13 +163,9 @@ class PageElement:
 @final
 @dataclass(frozen=True)
 class PageModes:
-    """The modes and impacts of which a page has a function each: states by element."""
+    """What a page must know of the elements whose modes it solves."""
 
     elements: tuple[PageElement, ...]
-    modes: tuple[tuple[str, ...], ...]
-    kept: tuple[tuple[int, ...], ...]  # which elements of a mode use all of their static friction
-    strikes: tuple[tuple[str, ...], ...]
-    expansions: tuple[tuple[str, ...], ...]  # of Poisson's law, after the strike
     positional: tuple[bool, ...]  # whether a row is the rate of a gap
     forces: int  # how many of the last parameters are forces of elements
     length: float  # that of the mechanism [m]
@@ -185,7 +182,7 @@ class PageProgram:
     # scene, a rotation's nine entries for a quaternion), shapes; with loops closure (gap, its rate,
     # Jacobian) and tree (mass matrix and load without them); with bounds bounds and gradients; with
     # conditions rules; with contacts or cords margins, what each has left; with elements that
-    # switch rows, and a mode and a strike for each combination of states
+    # switch terms, press (their forces on bodies, by those along rows), and an impact of each
 
     script: str
     coordinates: tuple[str, ...]

@@ -101,9 +101,10 @@ export class Path {
 export class Integrator {
   // rates(t, y, out) are those of the state; settle(t, y) puts a state right after a step and says
   // whether it moved it; only the first `counted` numbers of the state are held to the tolerance;
-  // bounds end the motion or send it back.
-  constructor(rates, { rtol, atol = rtol, counted, settle = null, bounds = null, most = 200_000 }) {
-    Object.assign(this, { rates, rtol, atol, counted, settle, bounds, most });
+  // bounds end the motion or send it back; loops may lose rank, which it then hops over.
+  constructor(rates, { rtol, atol = rtol, counted, settle = null, bounds = null, ...limits }) {
+    const { hops = false, most = 200_000 } = limits;
+    Object.assign(this, { rates, rtol, atol, counted, settle, bounds, hops, most });
   }
 
   // The path from a state to a time; a halt says why it ends before.
@@ -185,7 +186,7 @@ export class Integrator {
     this.h =
       h * (Number.isFinite(error) ? Math.max(SHRINKAGE, SAFETY / error ** EXPONENT) : SHRINKAGE);
     this.grows = false;
-    if (this.settle && this.hop()) return;
+    if (this.hops && this.hop()) return;
     if (this.h < SHORTEST * Math.max(1, Math.abs(this.t)))
       this.path.stopped = "where no step is short enough";
   }

@@ -97,6 +97,7 @@ export class Machine {
       counted: nq + nv,
       settle: held || unit ? settle : null,
       bounds: corners ?? (this.bounded ? new Bounds(this, p, span, start) : null),
+      hops: loops !== null,
       most: MOST_STEPS,
     });
     const path = integrator.run(setting.first, start, end);

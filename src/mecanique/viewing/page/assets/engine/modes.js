@@ -5,6 +5,7 @@
 
 import { dot } from "../data/vectors.js";
 import { Corners } from "./corners.js";
+import { keyOf, Law } from "./law.js";
 
 const SMALL = 1e-5;
 const RANK = 1e-9; // of the largest eigenvalue
@@ -109,12 +110,17 @@ const column = (A, k) => A.map((row) => row[k]);
 
 // Searches the positions of rest of every mode; of a mechanism where nothing switches there is one.
 export function* searchModes(machine, setting, from, spans, turns) {
-  const modes = machine.engine.switching?.modes.map((_, mode) => mode) ?? [null];
+  const { switching } = machine.engine;
+  const modes = switching
+    ? [...new Law(switching, machine.program, machine.nq, machine.nv).listModes()]
+    : [null];
   const rests = [];
   for (const [done, mode] of modes.entries()) {
     const before = [...rests];
     const small = new SmallMotions(machine, setting, mode);
-    for (const known of small.search(from, spans, turns)) {
+    const search = small.isDetermined(from, spans) ? small.search(from, spans, turns) : [];
+    yield { rests, part: done / modes.length };
+    for (const known of search) {
       rests.splice(0, rests.length, ...before, ...known.rests);
       yield { rests, part: (done + known.part) / modes.length };
     }
@@ -127,10 +133,8 @@ export class SmallMotions {
     Object.assign(this, { machine, setting, mode, t: setting.first });
     this.p = Float64Array.from(setting.p);
     this.corners = mode === null ? null : this.begin(machine.begin(setting));
-    this.states = this.corners?.modes[mode] ?? [];
-    this.loops = this.corners
-      ? this.corners.loopsOf(this.corners.rowsHeld(this.states))
-      : machine.loopsWith(this.p);
+    this.states = (mode ?? []).map(({ name }) => name);
+    this.loops = this.corners ? this.corners.loopsIn(mode) : machine.loopsWith(this.p);
     // slopes below what rounding makes of loads that contacts bear
     this.least = LEAST_SLOPE * largestOf(this.corners?.read(this.t, this.corners.state).free ?? []);
     this.slopes = new Float64Array(machine.nq + machine.nv + 1);
@@ -142,10 +146,20 @@ export class SmallMotions {
     return new Corners(this.machine, this.p.slice(), [this.t, this.t], y.slice());
   }
 
+  // Whether rigid bodies determine the forces of the mode in one of some places.
+  isDetermined(from, spans) {
+    if (!this.corners) return true;
+    const starts = this.starts(from, spans);
+    return Array.from({ length: GLANCES }, () => starts.next().value).some((y) => {
+      if (!y) return false;
+      const { terms, a } = this.corners.solve(this.mode, this.t, y);
+      return a.every(Number.isFinite) && this.corners.law.leavesSlip(terms, this.mode);
+    });
+  }
+
   accelerations(y, force = null) {
     const { program, nq, nv } = this.machine;
-    if (this.corners)
-      return [...this.corners.evaluate(this.mode, this.t, y, this.p, force).subarray(0, nv)];
+    if (this.corners) return this.corners.evaluate(this.mode, this.t, y, this.p, force).a;
     const axes = this.axesOfLoops(y);
     this.rank = Math.max(this.rank, axes.length);
     if (axes.length < this.rank) return this.accelerateWhereSingular(y, force, axes);
@@ -348,7 +362,7 @@ export class SmallMotions {
   follows(y) {
     if (!this.corners) return true;
     try {
-      return this.begin(y).present === this.mode;
+      return keyOf(this.begin(y).present) === keyOf(this.mode);
     } catch {
       return false; // bodies are one within the other, or no mode follows
     }
