@@ -33,7 +33,8 @@ def write(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
     @cache
     def made(name: str) -> Path:
         entry = mq.textbook.entry(name)
-        q, v = dict(entry.start), dict(entry.start_velocity)
+        q = dict(entry.start)
+        v = {rate.removesuffix("'"): value for rate, value in entry.start_velocity.items()}
         code = mq.generate(mq.derive(entry.mechanism()), "fmu", "energy", q=q, v=v, samples=4)
         assert code.verdict is not None
         assert code.verdict.worst["rhs"] < 1e-13
@@ -284,6 +285,25 @@ def test_what_switches_moves_through_its_corners(
         for element, state in motion.modes[-1].states.items():
             code = {"open": 0, "closed": 1, "sticks": 1, "slips +": 2, "slips -": 3}[state]
             assert found[f"state[{element}]"][-1] == code
+
+
+@pytest.mark.slow
+def test_a_model_slips_in_space(write_modes: Callable[[str], Path]) -> None:
+    """A tippe top slips in a direction that turns round and round, until it rolls at 1.025 s."""
+    path, entry = write_modes("tippe_top"), mq.textbook.entry("tippe_top")
+    assert validate_fmu(str(path)) == []
+    mechanism = entry.mechanism()
+    v = {rate.removesuffix("'"): value for rate, value in entry.start_velocity.items()}
+    motion = mq.simulate(mechanism, q=entry.start, v=v, duration=1.2, rtol=1e-12)
+    found = fmpy.simulate_fmu(
+        str(path), stop_time=1.2, output_interval=0.02, relative_tolerance=1e-10
+    )
+    exact = motion(np.minimum(found["time"], 1.2))
+    states = np.array([found[name] for name in mechanism.coordinates]).T
+    np.testing.assert_allclose(states, exact.q, rtol=0, atol=1e-9)
+    state = found["state[floor]"]
+    assert {*state[found["time"] < 1.02]} == {2}
+    assert {*state[found["time"] > 1.03]} == {1}
 
 
 def test_a_model_s_sled_falls_when_its_end_passes_the_edge(tmp_path: Path) -> None:

@@ -143,7 +143,7 @@ SAME_ANSWER = 1e-7
 TURNED = 0.8660254037844387
 """Cosine of 30°, after which slip in space that has turned is followed anew."""
 
-ASTRAY = 0.5
+SAME_WAY = 0.5
 """Cosine of 60°, within which the direction of slip in space is its own.
 
 A step may pass the first. Slip that ends passes both at once, as it comes back from where it went.
@@ -163,7 +163,7 @@ SWITCHING = {
     "REDUNDANT": REDUNDANT,
     "SAME_ANSWER": SAME_ANSWER,
     "TURNED": TURNED,
-    "ASTRAY": ASTRAY,
+    "SAME_WAY": SAME_WAY,
     "ANGLES": ANGLES,
 }
 """Those that pages and code in C take, too."""

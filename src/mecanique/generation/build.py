@@ -190,11 +190,13 @@ def build_modes(
     equations = SwitchingEquations(mechanism, letters, modes.idle.__contains__)
     terms, values, words = equations.terms, list[Any](), list[str]()
     for element, inside in zip(equations.elements, terms.inside, strict=True):
-        for row in element.rows:
-            values += [terms.gaps[row]] if row == element.normal else []
+        if element.normal is not None:
+            values += [terms.gaps[element.normal], terms.rates[element.normal]]
+            words += [f"gap of {element.name}", "its rate"]
+        along = (" along x", " along y") if len(element.tangents) > 1 else ("",)
+        for row, axis in zip(element.tangents, along, strict=False):
             values.append(terms.rates[row])
-            pressing = (f"gap of {element.name}", "its rate")
-            words += pressing if row == element.normal else [f"slip of {element.name}"]
+            words.append(f"slip of {element.name}{axis}")
         if element.length is not None:
             values.append(inside)
             words.append(f"how far {element.name} is inside the ends of its side")

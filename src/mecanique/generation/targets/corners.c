@@ -4,8 +4,9 @@
  * 1996). All modes are tried, so that none, one and several solutions are told apart.
  *
  * Defined above this text: N, NQ and NV as for the steps; ELEMENTS and ROWS, the numbers of elements
- * and of their rows; MODE, the place in p from which on the state of each element stands; for each
- * element the rows normal[], tangent[] and pressing[], −1 for none, whether it is struck[], elastic[],
+ * and of their rows; MODE, the place in p from which on the state of each element stands, and then
+ * the two parts of each heading along which it slips; for each
+ * element the rows normal[], tangents[][2] and pressing[], −1 for none, whether it is struck[], elastic[],
  * impacts in_turn[] or by_impulse[] (Poisson's law) or has a side with ends[], and its name[]; whether a row is positional[], the rate of a gap; LENGTH, a
  * characteristic length; tolerances in capital letters, which derivation/tolerances.py explains;
  * measure(t, y, p, out), which gives Terms; and for each element collide[](t, y, p, out), what
@@ -15,10 +16,11 @@
 #include <stdio.h>
 
 /*
- * HELD: closed, or sticks. AHEAD_KEPT and BACK_KEPT: sticks with all its static friction, as what
+ * HELD: closed, or sticks. SLIPS: in space, along a heading. AHEAD_KEPT and BACK_KEPT: sticks with all its static friction, as what
  * else is held leaves it no slip; of the forces that rigid bodies do not determine these are some.
  */
-enum Element { OPEN_ELEMENT, HELD, FORWARD, BACKWARD, AHEAD_KEPT, BACK_KEPT, CHOICES };
+enum Element { OPEN_ELEMENT, HELD, FORWARD, BACKWARD, SLIPS, AHEAD_KEPT, BACK_KEPT, CHOICES };
+enum { MODE_SIZE = 3 * ELEMENTS };
 enum { LONGEST = (int)NV > (int)ROWS ? (int)NV : (int)ROWS };
 enum { MOST_AT_ONCE = 50, MOST_IN_TURN = 10000, MOST_FOLLOWING = 16, SENTENCE = 400 };
 
@@ -37,8 +39,46 @@ typedef struct {
 } Drive;
 
 typedef struct {
-    double mode[ELEMENTS], a[NV], force[ROWS];
+    double mode[MODE_SIZE], a[NV], force[ROWS];
 } Solved;
+
+/* The size of a vector along the tangents of an element, and its part along a heading. */
+static double size_along(int e, const double *rows)
+{
+    const int rub = tangents[e][0], across = tangents[e][1];
+    return rub < 0 ? 0.0 : across < 0 ? fabs(rows[rub]) : hypot(rows[rub], rows[across]);
+}
+
+static double part_along(int e, const double *rows, const double *heading)
+{
+    const int across = tangents[e][1];
+    return heading[0] * rows[tangents[e][0]] + (across < 0 ? 0.0 : heading[1] * rows[across]);
+}
+
+static const double *heading_of(const double *mode, int e)
+{
+    return mode + ELEMENTS + 2 * e;
+}
+
+/* Put an element into a state; in a plane its heading is forward or backward. */
+static void put_state(double *mode, int e, int state, double x, double y)
+{
+    mode[e] = state;
+    mode[ELEMENTS + 2 * e] = x;
+    mode[ELEMENTS + 2 * e + 1] = y;
+}
+
+static void put_in_plane(double *mode, int e, int state)
+{
+    const bool ahead = state == FORWARD || state == AHEAD_KEPT;
+    put_state(mode, e, state, state < FORWARD ? 0.0 : ahead ? 1.0 : -1.0, 0.0);
+}
+
+static void put_along(double *mode, int e, const double *slip)
+{
+    const double speed = size_along(e, slip);
+    put_state(mode, e, SLIPS, slip[tangents[e][0]] / speed, slip[tangents[e][1]] / speed);
+}
 
 static void know(double t, const double *y, const double *p, Terms *k)
 {
@@ -128,22 +168,25 @@ static bool solve_mode(const Terms *k, const Drive *drive, const double *mode, S
     int rows[ROWS], held = 0;
     double known[ROWS] = {0.0}, share[ROWS][ROWS] = {{0.0}};
     for (int e = 0; e < ELEMENTS; e++) {
-        const int press = normal[e], rub = tangent[e];
+        const int press = normal[e];
         if (mode[e] == OPEN_ELEMENT) continue;
         if (press >= 0 && elastic[e]) known[press] = drive->impact ? 0.0 : -k->stiffness[e] * k->gap[press];
         else if (press >= 0 && drive->expands) known[press] = drive->given[press];
         else if (press >= 0) rows[held++] = press;
-        if (rub >= 0 && mode[e] == HELD) rows[held++] = rub;
+        for (int i = 0; i < 2 && mode[e] == HELD; i++)
+            if (tangents[e][i] >= 0) rows[held++] = tangents[e][i];
     }
     for (int e = 0; e < ELEMENTS; e++) {
         if (mode[e] < FORWARD) continue;
-        const double most = mode[e] > BACKWARD ? drive->sticking[e] : k->kinetic[e];
-        const double friction = mode[e] == FORWARD || mode[e] == AHEAD_KEPT ? -most : most;
+        const double most = mode[e] > SLIPS ? drive->sticking[e] : k->kinetic[e];
         bool is_held = false;
         for (int r = 0; r < held; r++) is_held = is_held || rows[r] == pressing[e];
-        if (pressing[e] < 0) known[tangent[e]] = friction;
-        else if (is_held) share[pressing[e]][tangent[e]] = friction;
-        else known[tangent[e]] = friction * known[pressing[e]];
+        for (int i = 0; i < 2 && tangents[e][i] >= 0; i++) {
+            const double friction = -most * heading_of(mode, e)[i];
+            if (pressing[e] < 0) known[tangents[e][i]] = friction;
+            else if (is_held) share[pressing[e]][tangents[e][i]] = friction;
+            else known[tangents[e][i]] = friction * known[pressing[e]];
+        }
     }
     double response[NV * (ROWS + 1)], system[ROWS * ROWS], force[ROWS], size[ROWS];
     const int columns = held + 1;
@@ -242,6 +285,42 @@ static Drive expand(const Terms *k, const Solved *pressed)
     return drive;
 }
 
+/* Return the speed below which the rates of rows are rounding of velocities. */
+static double rounding(const Terms *k, const double *v)
+{
+    double most = 0.0;
+    for (int r = 0; r < ROWS; r++)
+        most = fmax(most, within(k->slopes[r], v) + fabs(k->rate[r] - along(k->slopes[r], v)));
+    return STILL * most;
+}
+
+/*
+ * Point slip in space along that of a state: as rounding, or past its end, slip points anywhere, and
+ * the mode's heading is kept. Return of which elements it is that of the state, bit by bit.
+ */
+static int point_slip(const Terms *k, double least, const double *mode, double *pointed)
+{
+    int followed = 0;
+    memcpy(pointed, mode, MODE_SIZE * sizeof *mode);
+    for (int e = 0; e < ELEMENTS; e++) {
+        if (mode[e] != SLIPS) continue;
+        const double speed = size_along(e, k->rate), ahead = part_along(e, k->rate, heading_of(mode, e));
+        if (!(speed > least && ahead > SAME_WAY * speed)) continue;
+        put_along(pointed, e, k->rate);
+        followed |= 1 << e;
+    }
+    return followed;
+}
+
+/* Solve the mode of p in a state. */
+static bool solve_present(const Terms *k, const Drive *drive, const double *y, const double *p,
+                          Solved *solved)
+{
+    double pointed[MODE_SIZE];
+    point_slip(k, rounding(k, y + NQ), p + MODE, pointed);
+    return solve_mode(k, drive, pointed, solved);
+}
+
 static void rates(double t, const double *y, const double *p, double *out)
 {
     Terms k;
@@ -249,7 +328,7 @@ static void rates(double t, const double *y, const double *p, double *out)
     know(t, y, p, &k);
     const Drive drive = accelerate(&k);
     memcpy(out, k.first, sizeof k.first);
-    const bool known = solve_mode(&k, &drive, p + MODE, &solved);
+    const bool known = solve_present(&k, &drive, y, p, &solved);
     for (int i = 0; i < NV; i++) out[NQ + i] = known ? solved.a[i] : NAN;
 }
 
@@ -262,7 +341,7 @@ static void find_left(const Drive *drive, const Solved *solved, const double *ga
                       const double *slip, double *left)
 {
     for (int e = 0; e < ELEMENTS; e++) {
-        const int press = normal[e], rub = tangent[e];
+        const int press = normal[e];
         const double state = solved->mode[e], *force = solved->force;
         left[2 * e] = left[2 * e + 1] = 1.0;
         if (press >= 0 && (state == OPEN_ELEMENT || elastic[e])) {
@@ -270,12 +349,12 @@ static void find_left(const Drive *drive, const Solved *solved, const double *ga
             continue;
         }
         if (press >= 0) left[2 * e] = force[press] + drive->holds[e];
-        if (rub < 0) continue;
+        if (tangents[e][0] < 0) continue;
         if (state == HELD)
             left[2 * e + 1] = drive->sticking[e] * (pressing[e] < 0 ? 1.0 : force[pressing[e]])
-                              - fabs(force[rub]);
-        if (state == FORWARD) left[2 * e + 1] = slip[rub];
-        if (state == BACKWARD) left[2 * e + 1] = -slip[rub];
+                              - size_along(e, force);
+        if (state >= FORWARD && state <= SLIPS)
+            left[2 * e + 1] = part_along(e, slip, heading_of(solved->mode, e));
     }
 }
 
@@ -287,10 +366,11 @@ static void give_margins(double t, const double *y, const double *p, double *out
     double load = 0.0;
     know(t, y, p, &k);
     const Drive drive = accelerate(&k);
-    if (!solve_mode(&k, &drive, p + MODE, &solved)) {
+    if (!solve_present(&k, &drive, y, p, &solved)) {
         for (int j = 0; j < 2 * ELEMENTS; j++) out[j] = NAN;
         return;
     }
+    memcpy(solved.mode, p + MODE, sizeof solved.mode);
     find_left(&drive, &solved, k.gap, k.rate, out);
     for (int i = 0; i < NV; i++) load = fmax(load, fabs(k.load[i]));
     for (int e = 0; e < ELEMENTS; e++) {
@@ -303,7 +383,9 @@ static void give_margins(double t, const double *y, const double *p, double *out
     for (int e = 0; e < ELEMENTS; e++) {
         if (normal[e] >= 0 && p[MODE + e] == OPEN_ELEMENT) out[2 * e] += EVEN * LENGTH;
         else if (!elastic[e]) out[2 * e] += pull;
-        if (tangent[e] >= 0 && p[MODE + e] == HELD) out[2 * e + 1] += pull;
+        if (tangents[e][0] >= 0 && p[MODE + e] == HELD) out[2 * e + 1] += pull;
+        /* slip in space ends, or has turned */
+        if (p[MODE + e] == SLIPS) out[2 * e + 1] -= TURNED * size_along(e, k.rate);
     }
 }
 
@@ -321,13 +403,15 @@ static bool is_within(const Terms *k, int e)
 
 static double state_of(double mode)
 {
-    return mode > BACKWARD ? HELD : mode;
+    return mode > SLIPS ? HELD : mode;
 }
 
 static void give_states(double t, const double *y, const double *p, double *out)
 {
     (void)t; (void)y;
-    for (int e = 0; e < ELEMENTS; e++) out[e] = state_of(p[MODE + e]);
+    /* in space an element slips in one state, in a plane in two */
+    for (int e = 0; e < ELEMENTS; e++)
+        out[e] = p[MODE + e] == SLIPS ? FORWARD : state_of(p[MODE + e]);
 }
 
 /* on the rows that are held ------------------------------------------------------------------- */
@@ -338,7 +422,8 @@ static int list_held(const double *mode, int *rows)
     int held = 0;
     for (int e = 0; e < ELEMENTS; e++) {
         if (struck[e] && mode[e] != OPEN_ELEMENT) rows[held++] = normal[e];
-        if (tangent[e] >= 0 && mode[e] == HELD) rows[held++] = tangent[e];
+        for (int i = 0; i < 2 && mode[e] == HELD; i++)
+            if (tangents[e][i] >= 0) rows[held++] = tangents[e][i];
     }
     return held;
 }
@@ -408,14 +493,11 @@ static void project(double t, double *y, const double *p, int held, const int *r
 /* Return the speed below which the rate of a row is rounding. */
 static double still_speed(const Terms *k, const double *v)
 {
-    double free[NV], usual = 0.0, most = 0.0;
+    double free[NV], usual = 0.0;
     memcpy(free, k->load, sizeof free);
     by_mass(k, 1, free);
-    for (int r = 0; r < ROWS; r++) {
-        most = fmax(most, within(k->slopes[r], v) + fabs(k->rate[r] - along(k->slopes[r], v)));
-        usual = fmax(usual, within(k->slopes[r], free));
-    }
-    return STILL * fmax(sqrt(LENGTH * usual), most) + 1e-300;
+    for (int r = 0; r < ROWS; r++) usual = fmax(usual, within(k->slopes[r], free));
+    return fmax(STILL * sqrt(LENGTH * usual), rounding(k, v)) + 1e-300;
 }
 
 /* Return whether what a mode holds keeps a row from changing. */
@@ -460,13 +542,16 @@ static bool is_sound(const Terms *k, const Drive *drive, const Solved *solved, c
             if (near[e] && left[2 * e] < -size[normal[e]]) return false;
             continue;
         }
-        if (state >= FORWARD && beginning[e] && !drive->impact
-            && is_kept(k, solved->mode, tangent[e]) != (state > BACKWARD))
-            return false;
-        const bool slips = state == FORWARD || state == BACKWARD;
-        if (slips && beginning[e] && left[2 * e + 1] < -size[tangent[e]]) return false;
+        const int rub = tangents[e][0], across = rub < 0 || tangents[e][1] < 0 ? rub : tangents[e][1];
+        if (state >= FORWARD && state != SLIPS && beginning[e] && !drive->impact) {
+            /* a row that is not at rest is kept nowhere, as at a dead center */
+            const bool kept = fabs(gained[rub]) <= size[rub] && is_kept(k, solved->mode, rub);
+            if (kept != (state > SLIPS)) return false;
+        }
+        const bool slips = state >= FORWARD && state <= SLIPS;
+        if (slips && beginning[e] && left[2 * e + 1] < -fmax(size[rub], size[across])) return false;
         if (normal[e] >= 0 && left[2 * e] < -pull) return false;
-        if (tangent[e] >= 0 && state == HELD && left[2 * e + 1] < -pull) return false;
+        if (rub >= 0 && state == HELD && left[2 * e + 1] < -pull) return false;
     }
     return true;
 }
@@ -491,7 +576,7 @@ static double find_least(const Terms *k, const Drive *drive, const Solved *solve
     for (int e = 0; e < ELEMENTS; e++) {
         const double state = solved->mode[e];
         if (struck[e] && state != OPEN_ELEMENT) least = fmin(least, left[2 * e]);
-        if (tangent[e] >= 0 && state == HELD) least = fmin(least, left[2 * e + 1]);
+        if (tangents[e][0] >= 0 && state == HELD) least = fmin(least, left[2 * e + 1]);
     }
     return least;
 }
@@ -512,9 +597,9 @@ static bool yields_to(const Terms *k, const Solved *solved, const Solved *rival)
         const double state = solved->mode[e], other = rival->mode[e];
         if (state == other) continue;
         differs = true;
-        const bool slips = state == FORWARD || state == BACKWARD;
-        const bool sticks = other == HELD && tangent[e] >= 0 && slips && k->sticking[e] > k->kinetic[e];
-        const bool latched = other == HELD && tangent[e] < 0 && k->holds[e] > 0.0;
+        const bool slips = state >= FORWARD && state <= SLIPS, rubs = tangents[e][0] >= 0;
+        const bool sticks = other == HELD && rubs && slips && k->sticking[e] > k->kinetic[e];
+        const bool latched = other == HELD && !rubs && k->holds[e] > 0.0;
         if (!sticks && !latched) return false;
     }
     return differs;
@@ -533,7 +618,7 @@ static int leave_spent(const Terms *k, const Drive *drive, int spent, int number
         bool goes_on = find_least(k, drive, sound + i) > SLACK * load;
         int sticking = 0;
         for (int e = 0; e < ELEMENTS; e++)
-            sticking |= (tangent[e] >= 0 && state_of(sound[i].mode[e]) == HELD) << e;
+            sticking |= (tangents[e][0] >= 0 && state_of(sound[i].mode[e]) == HELD) << e;
         if (goes_on || !(sticking & spent)) {
             const Solved kept = sound[lasting];
             sound[lasting++] = sound[i];
@@ -543,29 +628,73 @@ static int leave_spent(const Terms *k, const Drive *drive, int spent, int number
     return lasting ? lasting : number;
 }
 
+/* Return where the slip that begins along a heading goes across it. */
+static double find_across(const Terms *k, const Drive *drive, double *mode, int e, double angle,
+                          Solved *solved)
+{
+    const double across[2] = {-sin(angle), cos(angle)};
+    double gained[ROWS];
+    put_state(mode, e, SLIPS, cos(angle), sin(angle));
+    if (!solve_mode(k, drive, mode, solved)) return NAN;
+    for (int r = 0; r < ROWS; r++) gained[r] = along(k->slopes[r], solved->a) - drive->wanted[r];
+    return part_along(e, gained, across);
+}
+
+/*
+ * Solve a mode; if an element begins to slip in space, along each heading that it goes along. Return
+ * how many solutions there are.
+ */
+static int solve_in_space(const Terms *k, const Drive *drive, double *mode, int begins, int most,
+                          Solved *solved)
+{
+    int number = 0;
+    if (begins < 0) return most > 0 && solve_mode(k, drive, mode, solved);
+    double low = 0.01, first = find_across(k, drive, mode, begins, low, solved);
+    for (int i = 0; i < ANGLES && number < most; i++) {
+        const double high = 0.01 + (i + 1) * 8.0 * atan(1.0) / ANGLES;
+        const double last = find_across(k, drive, mode, begins, high, solved + number);
+        double end = high, middle = 0.5 * (low + high);
+        const bool passes = first * last <= 0.0 && first != last;
+        for (; passes && low < middle && middle < end; middle = 0.5 * (low + end))
+            if (find_across(k, drive, mode, begins, middle, solved + number) * first > 0.0) low = middle;
+            else end = middle;
+        if (passes) find_across(k, drive, mode, begins, end, solved + number++);
+        low = high, first = last;
+    }
+    return number;
+}
+
 /*
  * Find every mode of the states allowed of each element, bit by bit, whose conditions are met; return
- * how many have different solutions.
+ * how many have different solutions, −1 if several elements begin to slip in space at once.
  */
 static int solve_all(const Terms *k, const Drive *drive, const int *allowed, const bool *near,
                      const bool *beginning, int spent, double still, Solved *kept)
 {
     Solved sound[MOST_FOLLOWING];
-    double mode[ELEMENTS], free[NV];
+    double mode[MODE_SIZE], free[NV];
     int number = 0, count = 0;
     long modes = 1;
     for (int e = 0; e < ELEMENTS; e++) modes *= CHOICES;
     for (long code = 0; code < modes; code++) {
         bool tried = true;
+        int begins = -1;
         long rest = code;
-        for (int e = 0; e < ELEMENTS; e++, rest /= CHOICES) {
-            mode[e] = (double)(rest % CHOICES);
-            tried = tried && (allowed[e] >> (rest % CHOICES) & 1);
+        for (int e = 0; e < ELEMENTS && tried; e++, rest /= CHOICES) {
+            const int state = (int)(rest % CHOICES);
+            tried = allowed[e] >> state & 1;
+            put_in_plane(mode, e, state);
+            if (!tried || state != SLIPS) continue;
+            if (!beginning[e]) put_along(mode, e, k->rate);
+            else if (begins >= 0) return -1;
+            else begins = e;
         }
-        if (!tried || number == MOST_FOLLOWING) continue;
-        if (solve_mode(k, drive, mode, sound + number)
-            && is_sound(k, drive, sound + number, near, beginning, still))
-            number++;
+        if (!tried) continue;
+        const int most = MOST_FOLLOWING - number;
+        const int solved = solve_in_space(k, drive, mode, begins, most, sound + number);
+        for (int i = 0, first = number; i < solved; i++)
+            if (is_sound(k, drive, sound + first + i, near, beginning, still))
+                sound[number++] = sound[first + i];
     }
     number = leave_spent(k, drive, spent, number, sound);
     memcpy(free, drive->load, sizeof free);
@@ -586,17 +715,18 @@ static int solve_all(const Terms *k, const Drive *drive, const int *allowed, con
 
 static int candidates(const Terms *k, int e, bool touches, double still)
 {
-    const int press = normal[e], rub = tangent[e];
+    const int press = normal[e];
     if (elastic[e]) {
         const bool inside = touches && (k->gap[press] < 0.0 || k->rate[press] < 0.0);
         return 1 << (inside ? HELD : OPEN_ELEMENT);
     }
     if (press >= 0 && (!touches || k->rate[press] > still)) return 1 << OPEN_ELEMENT;
     const int apart = press >= 0 ? 1 << OPEN_ELEMENT : 0;
-    if (rub < 0) return apart | 1 << HELD;
-    if (fabs(k->rate[rub]) > still)
-        return apart | 1 << (k->rate[rub] > 0.0 ? FORWARD : BACKWARD);
-    return apart | ((1 << CHOICES) - (1 << HELD));
+    if (tangents[e][0] < 0) return apart | 1 << HELD;
+    const bool moves = size_along(e, k->rate) > still;
+    if (tangents[e][1] >= 0) return apart | 1 << SLIPS | (moves ? 0 : 1 << HELD);
+    if (moves) return apart | 1 << (k->rate[tangents[e][0]] > 0.0 ? FORWARD : BACKWARD);
+    return apart | ((1 << CHOICES) - (1 << HELD) - (1 << SLIPS));
 }
 
 static bool is_touching(const Terms *k, int e, double state)
@@ -629,9 +759,10 @@ static int strike(double t, double *y, const double *p, const bool *near, double
     for (int e = 0; e < ELEMENTS; e++) {
         allowed[e] = 1 << OPEN_ELEMENT;
         if (near[e]) allowed[e] |= 1 << HELD, numbers[by_impulse[e]]++, last = e;
-        if (near[e] && tangent[e] >= 0) allowed[e] |= 1 << FORWARD | 1 << BACKWARD;
+        if (near[e] && tangents[e][0] >= 0)
+            allowed[e] |= tangents[e][1] < 0 ? 1 << FORWARD | 1 << BACKWARD : 1 << SLIPS;
     }
-    if (numbers[0] + numbers[1] == 1) return strike_alone(t, y, p, last);
+    if (numbers[0] + numbers[1] == 1 && collide[last]) return strike_alone(t, y, p, last);
     if (numbers[0] && numbers[1]) return 0;
     Solved kept[MOST_FOLLOWING];
     for (int phase = 0; phase < (numbers[1] ? 2 : 1); phase++) {
@@ -681,10 +812,10 @@ static int find_next(const Terms *k, const bool *touching, const int *forbidden,
     bool near[ELEMENTS], beginning[ELEMENTS];
     int allowed[ELEMENTS];
     for (int e = 0; e < ELEMENTS; e++) {
-        const int press = normal[e], rub = tangent[e];
+        const int press = normal[e];
         allowed[e] = candidates(k, e, touching[e], still) & ~forbidden[e];
         near[e] = touching[e] && struck[e] && k->rate[press] <= still;
-        beginning[e] = rub < 0 || fabs(k->rate[rub]) <= still;
+        beginning[e] = size_along(e, k->rate) <= still;
     }
     const Drive drive = accelerate(k);
     return solve_all(k, &drive, allowed, near, beginning, spent, 0.0, kept);
@@ -714,6 +845,17 @@ static bool rest(const Terms *k, double *y, const bool *touching, double still, 
     return true;
 }
 
+/* Say how many velocities or modes follow, if it is not one; return whether it is. */
+static bool is_decided(int count, const char *what, double t, char *words)
+{
+    if (count < 0)
+        snprintf(words, SENTENCE, "contacts begin to slip in space at once at t = %.9g s, which is not "
+                 "treated", t);
+    else if (count != 1)
+        snprintf(words, SENTENCE, what, count, t);
+    return count == 1;
+}
+
 /*
  * Resolve impacts, then choose the mode that follows; return whether there is one, and say why not.
  * `forbidden` has the states of each element that end here, bit by bit; `spent`
@@ -739,11 +881,9 @@ static bool change(double t, double *y, double *p, bool *touching, const int *fo
         close_gaps(t, y, p, met, rows);
         memcpy(before, y + NQ, sizeof before);
         const int count = impact(t, y, p, touching, still);
-        if (count != 1) {
-            snprintf(words, SENTENCE, "%d velocities follow after an impact at t = %.9g s, where one "
-                     "is expected", count, t);
+        if (!is_decided(count, "%d velocities follow after an impact at t = %.9g s, where one is "
+                        "expected", t, words))
             return false;
-        }
         for (int i = 0; i < NV; i++) before[i] = fmax(fabs(before[i]), fabs(y[NQ + i]));
         know(t, y, p, &k);
         still = still_speed(&k, before);
@@ -755,11 +895,9 @@ static bool change(double t, double *y, double *p, bool *touching, const int *fo
     }
     /* an importing tool finds the corner a little early as well: the mode goes on for now */
     if (count == 0 && early > 0.0) count = find_next(&k, touching, none, 0, still, kept);
-    if (count != 1) {
-        snprintf(words, SENTENCE, "%d modes that rigid bodies determine follow at t = %.9g s, where "
-                 "one is expected (Painleve)", count, t);
+    if (!is_decided(count, "%d modes that rigid bodies determine follow at t = %.9g s, where one is "
+                    "expected (Painleve)", t, words))
         return false;
-    }
     memcpy(p + MODE, kept[0].mode, sizeof kept[0].mode);
     project(t, y, p, list_held(p + MODE, rows), rows);
     return true;
@@ -778,7 +916,7 @@ static bool begin(double t, double *y, double *p, double early, char *words)
             return false;
         }
         touching[e] = elastic[e] ? k.gap[normal[e]] < 0.0 : is_touching(&k, e, OPEN_ELEMENT);
-        p[MODE + e] = normal[e] >= 0 ? OPEN_ELEMENT : HELD;
+        put_in_plane(p + MODE, e, normal[e] >= 0 ? OPEN_ELEMENT : HELD);
     }
     return change(t, y, p, touching, none, 0, early, words);
 }
@@ -794,9 +932,14 @@ static bool switch_at(double t, double *y, double *p, int j, double early, char 
     know(t, y, p, &k);
     for (int i = 0; i < ELEMENTS; i++) touching[i] = is_touching(&k, i, p[MODE + i]);
     if (which == 1 && state != HELD) {
+        double mode[MODE_SIZE];
+        const int followed = point_slip(&k, still_speed(&k, y + NQ), p + MODE, mode);
+        if (followed >> e & 1) {
+            /* slip in space that goes on in another direction is followed from there */
+            memcpy(p + MODE, mode, sizeof mode);
+            return true;
+        }
         /* the slip, which is zero to rounding, is zero */
-        double mode[ELEMENTS];
-        memcpy(mode, p + MODE, sizeof mode);
         mode[e] = HELD;
         project(t, y, p, list_held(mode, rows), rows);
     }
@@ -812,7 +955,7 @@ static bool switch_at(double t, double *y, double *p, int j, double early, char 
     if (spent) forbidden[e] = 1 << HELD;
     if (which == 0 && state != OPEN_ELEMENT && touching[e]) {
         for (int i = 0; i < ELEMENTS; i++)
-            if (p[MODE + i] > BACKWARD) spent |= 1 << i, forbidden[i] = 1 << (int)p[MODE + i];
+            if (p[MODE + i] > SLIPS) spent |= 1 << i, forbidden[i] = 1 << (int)p[MODE + i];
         if (!spent) forbidden[e] = ~(1 << OPEN_ELEMENT);
     }
     return change(t, y, p, touching, forbidden, spent, early, words);
@@ -941,21 +1084,46 @@ static double creep(double t, const double *y, const double *p)
 
 /* for tests: a mode's accelerations and forces, or the velocities after an impact and impulses --- */
 
+/* Strike an element in a known mode: the changes of velocities and the impulses. */
+static bool strike_in(double t, const double *y, const double *p, const double *mode, int e, double *out)
+{
+    double after[N];
+    Solved solved;
+    memcpy(after, y, sizeof after);
+    memset(out, 0, (NV + ROWS) * sizeof *out);
+    for (int phase = 0; phase < (by_impulse[e] ? 2 : 1); phase++) {
+        Terms k;
+        know(t, after, p, &k);
+        Drive drive = phase ? expand(&k, &solved) : bounce(&k);
+        if (!by_impulse[e]) drive.wanted[normal[e]] = -(1.0 + k.restitution[e]) * k.rate[normal[e]];
+        if (!solve_mode(&k, &drive, mode, &solved)) return false;
+        for (int i = 0; i < NV; i++) out[i] += solved.a[i], after[NQ + i] += solved.a[i];
+        for (int r = 0; r < ROWS; r++) out[NV + r] += solved.force[r];
+    }
+    return true;
+}
+
 #ifdef _WIN32
 __declspec(dllexport)
 #else
 __attribute__((visibility("default")))
 #endif
-int mecanique_mode(double t, const double *y, const double *p, const double *mode, int strikes,
+int mecanique_mode(double t, const double *y, const double *p, const double *states, int strikes,
                    double *out)
 {
     Terms k;
     Solved solved;
+    double mode[MODE_SIZE];
     know(t, y, p, &k);
     const Drive drive = accelerate(&k);
+    for (int e = 0; e < ELEMENTS; e++) {
+        put_in_plane(mode, e, (int)states[e]);
+        if (states[e] == FORWARD && tangents[e][1] >= 0) put_along(mode, e, k.rate);
+    }
     for (int e = 0; strikes && e < ELEMENTS; e++) {
         if (mode[e] == OPEN_ELEMENT) continue;
-        collide[e](t, y, p, out);
+        if (collide[e]) collide[e](t, y, p, out);
+        else if (!strike_in(t, y, p, mode, e, out)) return 0;
         for (int i = 0; i < NV; i++) out[i] += y[NQ + i];
         return 1;
     }

@@ -7,7 +7,7 @@
  * of p may change; OUTPUTS and GROUPS, the numbers of outputs and of the functions
  * output[] that compute them, from first_output[] on. Value references count the time, the states,
  * their rates, p and the outputs, from 0 on. With CORNERS, corners.c stands above as well, and the
- * state of each of ELEMENTS follows p.
+ * state and the heading of each of ELEMENTS follow p.
  */
 #include <stdbool.h>
 #include <stddef.h>
@@ -33,7 +33,7 @@ enum Change { TUNABLE, FIXED_LENGTH, INPUT };
 
 
 typedef struct {
-    double t, y[N], p[P + ELEMENTS + 1];
+    double t, y[N], p[P + 3 * ELEMENTS + 1];
     double dy[N], out[OUTPUTS + 1];     /* the last results */
     bool knows_rates, knows[GROUPS + 1];
     double left[2 * ELEMENTS + 1];      /* of each element, after the last step or corner */

@@ -390,7 +390,6 @@ def _write_corners(
     elements = corners.elements
     tables = {
         "normal": [-1 if e.normal is None else e.normal for e in elements],
-        "tangent": [e.tangents[0] if e.tangents else -1 for e in elements],
         "pressing": [-1 if e.pressing is None else e.pressing for e in elements],
         "struck": [int(e.struck) for e in elements],
         "elastic": [int(e.normal is not None and not e.struck) for e in elements],
@@ -404,6 +403,8 @@ def _write_corners(
     yield f"enum {{ ELEMENTS = {len(elements)}, ROWS = {rows}, MODE = {count} }};"
     for name, row in tables.items():
         yield f"static const int {name}[] = {{{', '.join(map(str, row))}}};"
+    rubbed = (f"{{{', '.join(map(str, (*e.tangents, -1, -1)[:2]))}}}" for e in elements)
+    yield f"static const int tangents[][2] = {{{', '.join(rubbed)}}};"
     names = ", ".join(json.dumps(e.name) for e in elements)
     yield f"static const char *const name[] = {{{names}}};"
     for name, number in {"LENGTH": corners.length, **SWITCHING}.items():

@@ -31,7 +31,6 @@ from mecanique.derivation.mechanics.switching import (
 )
 from mecanique.derivation.switching import name_forces
 from mecanique.derivation.tolerances import (
-    ASTRAY,
     CLOSED_GAP,
     DEAD,
     DRIFTED,
@@ -41,6 +40,7 @@ from mecanique.derivation.tolerances import (
     PARTED,
     REDUNDANT,
     SAME_PROGRAM,
+    SAME_WAY,
     STILL,
     TAIL,
 )
@@ -478,7 +478,7 @@ class Corners:
         """Return whether slip in space goes on in another direction."""
         slip = terms.rates[list(self.elements[k].tangents)]
         size = float(np.linalg.norm(slip))
-        ahead = state.name == SLIPS and slip @ np.array(state.direction) > ASTRAY * size
+        ahead = state.name == SLIPS and slip @ np.array(state.direction) > SAME_WAY * size
         return bool(ahead) and size > self.still_speed(terms, v)
 
     def _is_touching(self, terms: Terms, k: int, state: ElementState | None = None) -> bool:

@@ -42,9 +42,9 @@ from mecanique.derivation.mechanics.switching import (
 )
 from mecanique.derivation.tolerances import (
     ANGLES,
-    ASTRAY,
     REDUNDANT,
     SAME_ANSWER,
+    SAME_WAY,
     SLACK,
     TURNED,
 )
@@ -167,7 +167,7 @@ class Laws:
                 slip = terms.rates[list(element.tangents)]
                 size = float(np.linalg.norm(slip))
                 # past its end, or as rounding, slip points anywhere: the mode's direction is kept
-                if size > rounding and slip @ np.array(state.direction) > ASTRAY * size:
+                if size > rounding and slip @ np.array(state.direction) > SAME_WAY * size:
                     state = replace(state, direction=tuple((slip / size).tolist()))
             states.append(state)
         return tuple(states)

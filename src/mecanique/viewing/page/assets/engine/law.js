@@ -8,7 +8,8 @@
 
 import { dot } from "../data/vectors.js";
 
-export const [OPEN, STICKS] = ["open", "sticks"];
+export const OPEN = "open";
+export const STICKS = "sticks";
 const [CLOSES, FORWARD, BACKWARD, SLIPS] = ["closed", "slips +", "slips -", "slips"];
 const NO_SPEED = 1e-300;
 
@@ -219,7 +220,7 @@ export class Law {
       if (state.name !== SLIPS) return state;
       const slip = this.elements[k].tangents.map((row) => rates[row]);
       const speed = Math.hypot(...slip);
-      const ahead = dot(slip, state.heading) > this.tolerances.ASTRAY * speed;
+      const ahead = dot(slip, state.heading) > this.tolerances.SAME_WAY * speed;
       return speed > rounding && ahead ? point(slip) : state;
     });
   }
