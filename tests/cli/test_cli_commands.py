@@ -418,6 +418,24 @@ def test_equations_that_are_too_long_to_be_read_are_listed_as_results(
     assert f"The equations have {equations.terms} terms: here they are a list" in run.stderr
 
 
+@pytest.mark.parametrize("system", ["rigid_bar_pendulum", "rolling_disk", "slider_crank"])
+def test_what_all_derivations_state_stands_once(system: str) -> None:
+    """Only the equations that each arrives at are repeated; the result stands at the end."""
+    text = fine("derive", system, "--method", "all")
+    parts = re.split(r"^\d+\. ", text, flags=re.MULTILINE)[1:]
+    lines = [
+        (part.splitlines()[0], *(x for x in part.splitlines() if x.startswith("     ")))
+        for part in parts
+    ]
+    titles = [title for title, *_ in lines]
+    # the work on a loop leads to its single equation at once
+    assert titles.count("Equations of motion") == (2 if system == "slider_crank" else 3)
+    others = [each for each in lines if each[0] != "Equations of motion" and len(each) > 1]
+    assert len(set(others)) == len(others)
+    assert titles.count("Moments of inertia") == 1
+    assert "Result" in titles[-3:]
+
+
 def test_the_list_of_one_method_stands_for_those_of_all() -> None:
     run = CliRunner().invoke(app, ["derive", "bricard_linkage", "--method", "all"])
     assert run.exit_code == 0

@@ -313,14 +313,17 @@ def derivations(mechanism: mq.Mechanism, form: Form) -> str:
     shortest = mq.derive(mechanism)
     if not shortest.legible:
         return derivation(mechanism, shortest.method, form, steps=True, alone=False)
+    derived = [mq.derive(mechanism, method=method) for method in METHODS]
+    written = [x for x in derived if x.legible]
+    documents = [replace(x.document, special=x is written[-1]) for x in written]
     parts, explained = list[str](), frozenset[str]()
-    *_, last = METHODS
-    for method in METHODS:
-        equations = mq.derive(mechanism, method=method)
+    for equations in derived:
         if not equations.legible:
-            parts.append(derivation(mechanism, method, form, steps=True))
+            parts.append(derivation(mechanism, equations.method, form, steps=True))
             continue
-        document = replace(equations.document, explained=explained, special=method == last)
+        k = written.index(equations)
+        document = documents[k].alongside(documents[:k], documents[k + 1 :])
+        document = replace(document, explained=explained)
         parts.append(getattr(document, form)(steps=True, symbols=True))
         explained |= {name for meaning in document.meanings(steps=True) for name in meaning.names}
     try:

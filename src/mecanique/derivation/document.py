@@ -7,6 +7,7 @@ import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 from typing import final
 
 from mecanique.derivation.glossary import Meaning, clashes, meanings
@@ -95,6 +96,11 @@ class _Part:
     matrices: Linear | None = None
     assumptions: Sequence[Assumption] = ()
 
+    @property
+    def key(self) -> str:
+        """Its title and its lines."""
+        return "\n".join([self.title, *(line.write(Text()) for line in self.lines)])
+
 
 @final
 @dataclass(frozen=True, repr=False)
@@ -107,6 +113,8 @@ class Document:
     explained: frozenset[str] = frozenset()
     ending: Ending = NO_ENDING  # what it comes to, by default what the equations are solved for
     special: bool = True  # whether special motions follow, where no ending is given
+    repeated: frozenset[str] = frozenset()  # what stands elsewhere in the text it is part of
+    closed: tuple[Ending, ...] = ()  # its last sections where they are known
 
     def __repr__(self) -> str:
         return f"<Document: {self.title}>"
@@ -134,8 +142,8 @@ class Document:
     @cached_property
     def endings(self) -> tuple[Ending, ...]:
         """The last sections: the result, and what it comes to in special motions."""
-        if self.ending.lines:
-            return (self.ending,)
+        if self.closed or self.ending.lines:
+            return self.closed or (self.ending,)
         special = special_motions_of(self.derivation) if self.special else ()
         return (result_of(self.derivation), *special)
 
@@ -254,8 +262,22 @@ class Document:
                 new.append(_STANDING)
             for line in lines:
                 printed.update((line.write(Text()), _mirror(line)))
-            if lines or new != [""]:
-                yield replace(part, sentence=" ".join(new), lines=lines)
+            taken = [x for x in part.assumptions if _assume(x, Text()) not in self.repeated]
+            part = replace(part, sentence=" ".join(new), lines=lines, assumptions=taken)
+            if (lines or new != [""]) and part.key not in self.repeated:
+                yield part
+
+    @cached_property
+    def _parts(self) -> tuple[_Part, ...]:
+        return tuple(self._outline(steps=True))
+
+    def alongside(self, earlier: Sequence[Document], later: Sequence[Document]) -> Document:
+        """Return it without what others state as well: the result stands once, at the end."""
+        before, after = ([*chain.from_iterable(x._parts for x in y)] for y in (earlier, later))
+        stated = {part.key for part in before if part.title not in (_EQUATIONS, _RESULT)}
+        stated |= {part.key for part in after if part.title == _RESULT}
+        stated |= {_assume(taken, Text()) for part in before for taken in part.assumptions}
+        return replace(self, repeated=frozenset(stated), closed=self.endings)
 
     def _list_parts(self) -> Iterator[_Part]:
         """Yield the steps, the equations of motion and the sections after them, as they are."""

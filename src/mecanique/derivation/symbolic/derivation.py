@@ -104,6 +104,10 @@ class Result(Printed):
 
     def expression(self) -> Expression:
         """Return the right side as it is printed."""
+        return self._expression
+
+    @cached_property
+    def _expression(self) -> Expression:
         return expression(self.right) if self.shown is None else self.shown()
 
     def write(self, writer: Writer) -> str:
