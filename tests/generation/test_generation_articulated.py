@@ -159,3 +159,27 @@ def test_elimination_along_the_tree_keeps_loops_by_their_forces_alone(
             J.T @ pushed, M @ closing, rtol=0, atol=1e-10 * np.abs(M @ closing).max()
         )
         assert firm == pytest.approx(firmness(factors, M, J, loops), rel=1e-8)
+
+
+def test_what_moves_no_mass_by_itself_is_not_eliminated_along_the_tree() -> None:
+    """A rod turns on a body without mass that a loop welds to the rocker."""
+    bare = mq.Body("end")
+    linkage = mq.Mechanism(
+        "linkage",
+        (
+            mq.Body("ground"),
+            *(mq.Body(name, mq.rod(1.0, 1.0, (1, 0, 0))) for name in ("crank", "rod", "rocker")),
+            bare,
+        ),
+        (
+            mq.Revolute("A", "ground", "crank", axis=ACROSS),
+            mq.Revolute("B", "crank", "rod", axis=ACROSS, origin=mq.Placement((1, 0, 0))),
+            mq.Revolute("C", "ground", "rocker", axis=ACROSS, origin=mq.Placement((1.5, 0, 0))),
+            mq.Revolute("D", "rod", "end", axis=ACROSS, origin=mq.Placement((1, 0, 0))),
+        ),
+        loops=(mq.Loop("weld", "weld", "end", mq.Placement(), "rocker", mq.Placement((1, 0, 0))),),
+    )
+    letters = Letters(linkage)
+    tree = Tree(letters)
+    loops = loops_of(letters, tree.recursion)
+    assert articulate(letters, tree.recursion, loops, random_states(linkage, 4, 3)) is None

@@ -270,6 +270,22 @@ def test_a_walk_takes_over_where_random_positions_seldom_close_the_loops(
     assert len(np.unique(met.q.round(6), axis=0)) == 20
 
 
+@pytest.mark.parametrize("tilt", [1e-9, 1e-8, 1e-7])
+def test_axes_parallel_to_some_digits_alone_are_refused_with_that_cause(tilt: float) -> None:
+    """A ball joint in a linkage of a plane, whose row across it holds what its axes differ by."""
+    bars = tuple(Body(name, rod(1.0, 1.0, direction=(1, 0, 0))) for name in ("a", "b", "c"))
+    joints = (
+        Revolute("A", "ground", "a", axis=(0, 1, 0)),
+        Revolute("B", "a", "b", axis=(0, 1, 0), origin=Placement((1, 0, 0))),
+        Revolute("C", "ground", "c", axis=(tilt, 1, 0), origin=Placement((1.5, 0, 0))),
+    )
+    loop = Loop.ball("D", "b", (1, 0, 0), "c", (1, 0, 0))
+    linkage = Mechanism("linkage", (Body("ground"), *bars), joints, loops=(loop,))
+    with pytest.raises(InputError, match=r"\(D: y.* parallel, .* with all digits"):
+        verify(linkage, 5)
+    assert verify(replace(linkage, joints=(*joints[:2], replace(joints[2], axis=(0, 1, 0)))), 5)
+
+
 def four_bars_in_series(count: int) -> Mechanism:
     """Squares side by side: each upright hangs from the rod across that comes before it."""
     up, down, across = (rod(1.0, 1.0, direction=d) for d in ((0, 1, 0), (0, -1, 0), (1, 0, 0)))

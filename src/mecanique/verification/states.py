@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from mecanique.arrays import Array, median, rank_of
+from mecanique.arrays import Array, median
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.symbolic.derivation import Assumption
@@ -106,7 +106,11 @@ _REGULAR = 0.03
 """Part of the typical smallest singular value below which a position is next to a singular one."""
 
 _TREMBLING = 1e-5
-"""The same, absolute: positions that close the loops without being held in them."""
+"""The same, absolute: positions that close the loops without being held in them.
+
+What is more than rounding and less than this holds for some forms and not for others, whose ranks
+are judged in other units.
+"""
 
 
 _DETERMINED = 1e-2
@@ -130,17 +134,21 @@ class ClosedStates(NamedTuple):
     v: Array  # velocities, shape (k, nv)
     at: npt.NDArray[np.intp]  # which of the states given they are near, shape (k,)
     rank: int  # how many of the constraints are independent there
+    weak: str = ""  # the row that is hardly held in all of them, and how much
 
 
 def closed_states(mechanism: Mechanism, q: Array, v: Array, t: Array) -> ClosedStates:
     """Return the closed states near given q (n, nq), v (n, nv), t (n,), and which they are near."""
     from mecanique.reference import Reference
     from mecanique.reference.loops.assembly import close_position, project
+    from mecanique.reference.loops.nullspace import are_certain
+    from mecanique.reference.tolerances import LEAST
 
     closed = Reference.of(mechanism).closed
     if closed is None:
         return ClosedStates(q, v, np.arange(len(t)), 0)
     kept: list[tuple[int, Array, Array, float, int]] = []
+    weak = ""
     for k in range(len(t)):
         try:
             with np.errstate(all="ignore"):
@@ -148,12 +156,16 @@ def closed_states(mechanism: Mechanism, q: Array, v: Array, t: Array) -> ClosedS
                 position, velocity = project(closed, start, v[k], float(t[k]))
         except (ClosureError, ArithmeticError, ValueError):
             continue
-        J = closed.closures.scale(position, velocity, float(t[k])).jacobian
+        here = closed.closures.scale(position, velocity, float(t[k]))
         if closed.closures.contacts.margins.min(initial=1.0) < _DETERMINED:
             continue
-        sizes = np.linalg.svd(J, compute_uv=False)
-        rank = rank_of(sizes, _RANK)
-        kept.append((k, position, velocity, float(sizes[:rank].min(initial=1.0)), rank))
+        left, sizes, _ = np.linalg.svd(here.jacobian, full_matrices=False)
+        held = np.flatnonzero(are_certain(left, sizes, LEAST, here.rounding))
+        size = float(sizes[held[-1]]) if len(held) else 1.0
+        if size < _TREMBLING:
+            row = closed.closures.names[int(np.abs(left[:, held[-1]]).argmax())]
+            weak = f"{row}, to a part of {size:.1e}"
+        kept.append((k, position, velocity, size, len(held)))
     if not kept:
         return ClosedStates(q[:0], v[:0], np.arange(0), 0)
     at, positions, velocities, least, ranks = map(np.array, zip(*kept, strict=True))
@@ -161,7 +173,8 @@ def closed_states(mechanism: Mechanism, q: Array, v: Array, t: Array) -> ClosedS
     whole = ranks == ranks.max()
     regular = whole & (least > max(_REGULAR * np.median(least[whole]), _TREMBLING))
     rank = int(ranks.max())
-    return ClosedStates(positions[regular], velocities[regular], at[regular], rank)
+    weak = "" if regular.any() else weak
+    return ClosedStates(positions[regular], velocities[regular], at[regular], rank, weak)
 
 
 def refuse_locked(mechanism: Mechanism) -> None:
@@ -288,6 +301,13 @@ def random_states(
             closed = closed_states(mechanism, candidates.q, candidates.v, candidates.t)
             if not len(closed.at) and not any(map(len, accepted)):
                 refuse_locked(mechanism)
+                if near and closed.weak:
+                    from mecanique.reference.loops.assembly import DIGITS
+
+                    raise InputError(
+                        f"mechanism {mechanism.name!r}: the digits of its description leave open "
+                        f"what a loop holds ({closed.weak}); {DIGITS}"
+                    )
             if not near and len(closed.at) < _SELDOM * count:
                 near, start = True, closed.q[-1] if len(closed.at) else None
             if closed.rank > rank:

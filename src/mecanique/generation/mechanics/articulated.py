@@ -301,7 +301,10 @@ def articulate(
     places = values_of(letters.v)
     if {*values_of(recursion.chart.u)} != {*places}:
         return None  # joint velocities that depend on one another, or on time
-    factors = Articulated(letters, recursion, loops, states)
+    try:
+        factors = Articulated(letters, recursion, loops, states)
+    except ZeroDivisionError:  # a joint moves no mass, wherever it is
+        return None
     (pivots,) = sample(letters, [[factors.pivots]], states)
     return factors if np.isfinite(pivots).all() and (pivots > 0).all() else None
 

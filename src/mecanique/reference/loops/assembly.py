@@ -33,6 +33,7 @@ from mecanique.reference.tolerances import (
     EPSILON,
     EXACT,
     LEAST,
+    OPEN,
     PIVOT,
     RANK_ASSEMBLED,
     TINY,
@@ -114,6 +115,9 @@ def displace(closed: Closed, q: Array, step: Array) -> Array:
 def _within(closed: Closed, q: Array, metric: Metric, tangent: Tangent, bend: Array) -> Array:
     return displace(closed, q, metric.columns @ (tangent.along + tangent.directions @ bend))
 
+
+DIGITS = "where axes are to be parallel, or lengths alike, write them with all digits"
+"""Remedy where a row of a loop is left open, or held, by the rounding of a description alone."""
 
 MOST_TRIES = 1_000_000
 """Random positions that may be asked for: hours of work."""
@@ -253,11 +257,11 @@ def refuse_open(closed: Closed, gaps: Array) -> None:
             f"{owner.on!r} from there; the nearest position found leaves it off by "
             f"{gaps[worst] / closures.rows[worst]:.3g} m; do not fix the coordinate that lifts it"
         )
+    remedy = DIGITS if gaps[worst] < OPEN else "try another guess, or check its lengths"
     raise ClosureError(
         f"mechanism {mechanism.name!r}: loop {owner.name!r} cannot be closed from there; "
         "the nearest position found leaves it open by "
-        f"{gaps[worst] / closures.rows[worst]:.3g} {unit} ({name}); try another guess, or check "
-        "its lengths"
+        f"{gaps[worst] / closures.rows[worst]:.3g} {unit} ({name}); {remedy}"
     )
 
 
@@ -333,14 +337,14 @@ def _close_part(closed: Closed, q: Array, t: float, part: int, named: Array) -> 
         refuse_open(closed, np.where(rows, gaps, 0.0))
         return closest
     closest, first = settle(closed, q, t, ~moving)
-    gaps, random, away = first, np.random.default_rng(0), np.zeros(len(moving))
+    gaps, least, random, away = first, first, np.random.default_rng(0), np.zeros(len(moving))
     for _ in range(_STARTS):
         if not is_open(gaps[rows]).any():
             return closest
         away[moving] = random.uniform(-1, 1, moving.sum()) * closures.columns[moving] * np.pi
         closest, gaps = settle(closed, displace(closed, q, away), t, ~moving)
-    if is_open(gaps[rows]).any():
-        refuse_open(closed, np.where(rows, first, 0.0))
+        least = min(least, gaps, key=lambda gap: np.nan_to_num(gap[rows], nan=np.inf).max())
+    refuse_open(closed, np.where(rows, least if least[rows].max() < OPEN else first, 0.0))
     return closest
 
 
