@@ -25,6 +25,17 @@ _MISTAKEN = (
 )
 """How files begin that are often taken for others, what they are, and what to do."""
 
+UNPACKED: dict[str, str] = {}
+"""Archives by the folders that they are unpacked into."""
+
+
+def name_file(file: str) -> str:
+    """Return what a user calls a file: one of an archive stands in that, not where it is kept."""
+    for folder, archive in UNPACKED.items():
+        if file.startswith(folder):
+            return archive + file.removeprefix(folder)
+    return file
+
 
 @contextmanager
 def write_whole(path: Path) -> Iterator[IO[bytes]]:

@@ -15,6 +15,7 @@ import mecanique as mq
 from mecanique.cli import app
 from mecanique.formats import locate as room
 from mecanique.formats.locate import locate
+from mecanique.urdf import robots as library_room
 
 ROBOT = """<mujoco model="{}"><worldbody><body><joint/><geom size="0.1" pos="0.1 0 0"/></body>
 </worldbody></mujoco>"""
@@ -95,6 +96,27 @@ def test_an_archive_is_unpacked(tmp_path: Path) -> None:
     assert mq.read(archive.rename(tmp_path / "arm.zip")).name == "a"
 
 
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("arm.xml", ROBOT.format("a").replace("<joint/>", "<joint/><foo/>")),
+        ("arm.urdf", '<robot name="a"><link name="b"/>\n<link name="b"/></robot>'),
+    ],
+)
+def test_what_is_wrong_in_an_archive_is_told_where_it_stands_there(
+    tmp_path: Path, name: str, text: str
+) -> None:
+    archive = tmp_path / "robots.zip"
+    with zipfile.ZipFile(archive, "w") as file:
+        file.writestr(f"acme/{name}", text)
+    for word in (archive, archive / "acme" / name):
+        run = CliRunner().invoke(app, ["lint", str(word)])
+        assert f"{archive / 'acme' / name}:" in run.output
+        with pytest.raises(mq.MecaniqueError) as refused:
+            mq.read(word)
+        assert f"{archive / 'acme' / name}:" in str(refused.value)
+
+
 @pytest.mark.parametrize("name", ["../arm.xml", "/arm.xml", "a/../../arm.xml", "C:/arm.xml"])
 def test_an_archive_whose_files_leave_it_is_refused(tmp_path: Path, name: str) -> None:
     archive = tmp_path / "robots.zip"
@@ -127,18 +149,31 @@ def test_a_name_of_robot_descriptions_is_found_where_that_is_installed(
     )
     library.__path__ = []
     robot.URDF_PATH = str(write(tmp_path / "arm.xml"))  # type: ignore[attr-defined]
-    monkeypatch.setattr(room, "find_spec", lambda name: None)
+    monkeypatch.setattr(library_room, "find_spec", lambda name: None)
     with pytest.raises(mq.InputError, match="not installed: pip install robot_descriptions"):
         locate("arm_description")
     monkeypatch.setitem(sys.modules, "robot_descriptions", library)
     monkeypatch.setitem(sys.modules, "robot_descriptions.arm_description", robot)
-    monkeypatch.setattr(room, "find_spec", lambda name: name)
+    monkeypatch.setattr(library_room, "find_spec", lambda name: name)
     assert locate("arm_description") == tmp_path / "arm.xml"
+    assert mq.robot("arm_description") == tmp_path / "arm.xml"
     assert locate("leg_description") is None
 
+    by_git = (
+        "Cmd('git') failed due to: exit code(128)\n  cmdline: git fetch -v --progress\n"
+        "  stderr: 'fatal: unable to access 'https://a.example/b.git/': no such host'"
+    )
+    causes = iter(["no network", by_git])
+
     def fail(name: str) -> None:
-        raise OSError("no network")
+        raise OSError(next(causes))
 
     monkeypatch.setattr("importlib.import_module", fail)
     with pytest.raises(mq.InputError, match="does not give 'arm_description': no network"):
         locate("arm_description")
+    with pytest.raises(mq.InputError) as refused:
+        mq.robot("arm_description")
+    assert str(refused.value) == (
+        "robot_descriptions does not give 'arm_description': unable to access "
+        "'https://a.example/b.git/': no such host"
+    )

@@ -13,7 +13,7 @@ from mecanique.cli import options
 from mecanique.cli.options import FileOptions, reads_files
 from mecanique.cli.printing import inform, say, to_json
 from mecanique.cli.words import Chosen, choose, find_file, report_errors, takes_system
-from mecanique.files import write_text
+from mecanique.files import name_file, write_text
 
 if TYPE_CHECKING:
     from mecanique.model.mechanism.origin import Finding
@@ -107,7 +107,10 @@ def lint(
             message = "expected URDF with --fix, --json, --sarif or --meshes"
             raise mq.InputError(f"{message}, got {form}: convert it first (mecanique convert)")
         mechanism = mq.read(path, package_path=reading.package_path or None)
-        say(mechanism.about or f"{path}: all of it is read, and no body is impossible")
+        say(
+            mechanism.about
+            or f"{name_file(str(path))}: all of it is read, and no body is impossible"
+        )
         raise Exit(int(any(body.as_given for body in mechanism.bodies)))
     findings = linting.lint(
         path,

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import atexit
-import importlib
 import os
 import shutil
 import tempfile
 import zipfile
-from importlib.util import find_spec
 from pathlib import Path, PurePosixPath
 
 from mecanique.errors import InputError
+from mecanique.files import UNPACKED
 from mecanique.urdf.reading.packages import MeshSearch, PackagePath
+from mecanique.urdf.robots import find_in_library
 
 _MOST_BYTES, _MOST_FILES = 500_000_000, 20_000
 """Most that is unpacked from an archive."""
@@ -60,7 +60,7 @@ def locate(word: str | os.PathLike[str], package_path: PackagePath | None = None
                 raise InputError(f"expected a file of the archive, got {text!r}")
             target = unpacked.joinpath(*parts[k:])
             return _choose(target, text) if target.is_dir() else locate(target, package_path)
-    return _of_library(text)
+    return find_in_library(text)
 
 
 def _choose(folder: Path, said: str) -> Path:
@@ -115,6 +115,7 @@ def _unpack(archive: Path) -> Path:
             atexit.register(shutil.rmtree, temporary, ignore_errors=True)
             folder = Path(temporary) / archive.stem  # after which its robot may be called
             folder.mkdir()
+            UNPACKED[str(folder)] = str(archive)
             for info in members:
                 _unpack_file(file, info, folder, archive)
     except (OSError, zipfile.BadZipFile, NotImplementedError, RuntimeError) as error:
@@ -131,23 +132,3 @@ def _unpack_file(file: zipfile.ZipFile, info: zipfile.ZipInfo, folder: Path, arc
     target.parent.mkdir(parents=True, exist_ok=True)
     with file.open(info) as source, target.open("wb") as sink:
         shutil.copyfileobj(source, sink)
-
-
-def _of_library(name: str) -> Path | None:
-    """Return the file of a name of robot_descriptions, which fetches it if it must."""
-    if not name.endswith("_description") or not name.isidentifier():
-        return None
-    if find_spec("robot_descriptions") is None:
-        raise InputError(
-            f"there is no file {name!r}, and robot_descriptions, whose names end so, is not "
-            "installed: pip install robot_descriptions"
-        )
-    try:
-        module = importlib.import_module(f"robot_descriptions.{name}")
-    except ModuleNotFoundError:
-        return None
-    except Exception as error:
-        # it clones repositories, which may fail in many ways
-        raise InputError(f"robot_descriptions does not give {name!r}: {error}") from None
-    paths = (getattr(module, what, None) for what in ("URDF_PATH", "MJCF_PATH", "XACRO_PATH"))
-    return next((Path(path) for path in paths if path), None)

@@ -17,6 +17,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
+from mecanique.files import name_file
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Sphere, Visual
 from mecanique.model.constraints.loops import Loop
@@ -95,7 +96,7 @@ def refuse_overflow(file: Path | None) -> Iterator[None]:
         with np.errstate(over="raise"):
             yield
     except ArithmeticError:
-        where = f"{file}: " if file is not None else ""
+        where = f"{name_file(str(file))}: " if file is not None else ""
         raise InputError(
             f"{where}a number is too large to compute with, or zero where it divides; mend it"
         ) from None
@@ -127,7 +128,7 @@ class Source:
                 with source.open("rb") as stream:
                     data = stream.read(MOST_BYTES + 1)
             except OSError as error:
-                raise InputError(f"{source}: {error.strerror or error}") from None
+                raise InputError(f"{name_file(str(source))}: {error.strerror or error}") from None
         root = parse(data, report)
         report.refuse(strict=False)
         if root is None:
@@ -139,7 +140,7 @@ class Source:
         if self._files > MOST_FILES:
             raise self.refuse(element, f"more than {MOST_FILES} files are included")
         if not path.is_file():
-            message = f"<{element.tag}> names {path}: there is no such file"
+            message = f"<{element.tag}> names {name_file(str(path))}: there is no such file"
             raise self.refuse(element, f"{message}; put it there, or mend its path")
         return _note(self.parse(path), str(path), model)
 
@@ -149,7 +150,7 @@ class Source:
             by_mass = "inertia" in message or "mesh" in message
             way = "state <inertial> in its body" if by_mass else "leave it out"
             message += f"; {way}, or say the same by what is read"
-        place = element.file or (str(self.file) if self.file else "")
+        place = name_file(element.file or (str(self.file) if self.file else ""))
         return InputError(
             f"{place}:{element.line}: {message}" if place else f"line {element.line}: {message}"
         )

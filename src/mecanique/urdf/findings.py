@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import NamedTuple, Protocol, final
 
 from mecanique.errors import UrdfError
+from mecanique.files import name_file
 from mecanique.model.mechanism.origin import Finding
 from mecanique.urdf.markup import Element
 from mecanique.urdf.rules import RULES, Rule
@@ -64,7 +65,7 @@ class Report:
         finding = Finding(
             code=rule.code,
             severity=rule.severity,
-            file=file or self.file or "<text>",
+            file=name_file(file or self.file or "<text>"),
             line=line,
             where=where,
             message=message,
@@ -114,4 +115,7 @@ class Report:
             listed.append(f"{place}{error.line}: {sentence}")
         if len(listed) > _MOST_LISTED:
             listed[_MOST_LISTED:] = [f"… and {len(errors) - _MOST_LISTED} more"]
-        raise UrdfError("\n  ".join([f"{len(errors)} errors:", *listed]), file=self.file)
+        raise UrdfError(
+            "\n  ".join([f"{len(errors)} errors:", *listed]),
+            file=name_file(self.file or "") or None,
+        )

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
 from collections import Counter
 from collections.abc import Iterator
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, distribution
+from importlib.util import find_spec
 from pathlib import Path
 
 from mecanique.errors import InputError, UnknownNameError
@@ -31,19 +33,20 @@ def robots() -> tuple[str, ...]:
 
 
 def robot(name: str) -> Path:
-    """Return the URDF file of a robot of example-robot-data.
+    """Return the file of a robot of example-robot-data, or of robot_descriptions.
 
     Args:
         name: its file's name without ".urdf", e.g. "panda"; with its folder where files share a
-            name, e.g. "anymal_b_simple/anymal".
+            name, e.g. "anymal_b_simple/anymal"; or a name of robot_descriptions, which ends in
+            "_description".
 
     Returns:
         The path of the file.
 
     Raises:
         UnknownNameError: if there is none, with the nearest names.
-        InputError: if several have the name, with all of them, or if example-robot-data is not
-            installed.
+        InputError: if several have the name, with all of them, or if the package it is sought in is
+            not installed.
 
     Example:
         >>> mq.robot("panda").name
@@ -62,7 +65,30 @@ def robot(name: str) -> Path:
     folder, _, stem = str(name).partition("/")
     if stem in files and files[stem] in _folders().get(folder, ()):
         return files[stem]
+    if (path := find_in_library(str(name))) is not None:
+        return path
     raise UnknownNameError("robot", name, files)
+
+
+def find_in_library(name: str) -> Path | None:
+    """Return the file of a name of robot_descriptions, which fetches it if it must."""
+    if not name.endswith("_description") or not name.isidentifier():
+        return None
+    if find_spec("robot_descriptions") is None:
+        raise InputError(
+            f"there is no file {name!r}, and robot_descriptions, whose names end so, is not "
+            "installed: pip install robot_descriptions"
+        )
+    try:
+        module = importlib.import_module(f"robot_descriptions.{name}")
+    except ModuleNotFoundError:
+        return None
+    except Exception as error:
+        # it clones repositories, which may fail in many ways; git says why behind "fatal: "
+        cause = str(error).rpartition("fatal: ")[2].strip().rstrip("'").partition("\n")[0]
+        raise InputError(f"robot_descriptions does not give {name!r}: {cause}") from None
+    paths = (getattr(module, what, None) for what in ("URDF_PATH", "MJCF_PATH", "XACRO_PATH"))
+    return next((Path(path) for path in paths if path), None)
 
 
 @lru_cache(maxsize=1)

@@ -335,8 +335,8 @@ class _Part(NamedTuple):
 def _form_equation(element: Series, own: str, divide: bool) -> Equation:
     if not element:
         raise DerivationError(
-            "expected an equation of motion, got 0 = 0: a coordinate has neither inertia nor "
-            f"force; give what it moves mass and inertia ({OF_SHAPES})"
+            f"{own or 'a coordinate'} moves nothing that has mass, against no force, so that it "
+            f"has no equation of motion; give what it moves mass and inertia ({OF_SHAPES})"
         )
     ring = element.ring
     bare, stretches = draw_stretches(element)
