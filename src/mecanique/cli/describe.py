@@ -101,7 +101,8 @@ def lint(
     if balance and not fix:
         raise mq.InputError("expected --fix with --balance, which repairs a copy")
     path = locate(file, reading.package_path or None)
-    path = path or (mq.robot(file) if _is_word(file) else Path(file))
+    word = not file.endswith((".urdf", ".xml", ".xacro"))
+    path = path or (mq.robot(file) if word and file in mq.robots() else Path(file))
     if (form := name_format(path)) != "URDF":
         if fix or as_json or as_sarif or meshes:
             message = "expected URDF with --fix, --json, --sarif or --meshes"
@@ -235,10 +236,6 @@ def _code(findings: tuple[Finding, ...]) -> int:
 
 def _unreadable(code: str) -> bool:
     return code.startswith("M0")
-
-
-def _is_word(text: str) -> bool:
-    return not text.endswith((".urdf", ".xml", ".xacro")) and text in mq.robots()
 
 
 def _row(name: str) -> dict[str, Any]:

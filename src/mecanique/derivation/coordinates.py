@@ -188,8 +188,9 @@ class CoordinateWords:
         seated = self._read(slide.origin.xyz).any() or center.any()
         if isinstance(hinge, Single) and hinge.turns and not (seated or self._weighs(slide.parent)):
             # phi names an angle and no hinge
-            named = hinge.name not in hinge.coordinates
-            where = self._name_joint(hinge) if named else f"axis of {hinge.name}"
+            where = f"axis of {hinge.name}"
+            if hinge.name not in hinge.coordinates:  # once where kind and name are the same word
+                where = hinge.noun if hinge.name == hinge.noun else f"{hinge.noun} {hinge.name}"
             return f"distance of {moved} from the {where}"
         along = self._say_direction(slide.axis, slide).removesuffix(f" of {slide.parent}")
         relative = "" if slide.parent == self._mechanism.ground else f" relative to {slide.parent}"
@@ -261,10 +262,6 @@ class CoordinateWords:
         """Name what a joint moves, and relative to what if that is not the ground."""
         grounded = joint.parent == self._mechanism.ground
         return joint.child if grounded else f"{joint.child} relative to {joint.parent}"
-
-    def _name_joint(self, joint: Single) -> str:
-        """Name a joint by its kind and name, once where they are the same word."""
-        return joint.noun if joint.name == joint.noun else f"{joint.noun} {joint.name}"
 
     def _say_direction(self, axis: tuple[float, float, float], joint: BaseJoint) -> str:
         """Put an axis in words, of its parent if that is not the ground, or of a turned frame."""

@@ -273,10 +273,12 @@ class Document:
 
     def alongside(self, earlier: Sequence[Document], later: Sequence[Document]) -> Document:
         """Return it without what others state as well: the result stands once, at the end."""
-        before, after = ([*chain.from_iterable(x._parts for x in y)] for y in (earlier, later))
-        stated = {part.key for part in before if part.title not in (_EQUATIONS, _RESULT)}
-        stated |= {part.key for part in after if part.title == _RESULT}
-        stated |= {_assume(taken, Text()) for part in before for taken in part.assumptions}
+        stated = set[str]()
+        for part in chain.from_iterable(document._parts for document in earlier):
+            stated |= {part.key} if part.title not in (_EQUATIONS, _RESULT) else set()
+            stated.update(_assume(taken, Text()) for taken in part.assumptions)
+        for part in chain.from_iterable(document._parts for document in later):
+            stated |= {part.key} if part.title == _RESULT else set()
         return replace(self, repeated=frozenset(stated), closed=self.endings)
 
     def _list_parts(self) -> Iterator[_Part]:

@@ -277,7 +277,11 @@ def linearize_at(
     shown = {g.name for row in rows for g in row.generators()}
     used = {name: value for name, value in letters.items() if name in shown}
     square, ratio = _find_frequency(M, C, K, numbers) if len(names) == 1 else (None, None)
-    at = {name: place[name] for name in mechanism.coordinates if _is_printed(place[name], used)}
+
+    def printed(value: Series) -> bool:  # only π and letters that are printed
+        return all(g.kind is Kind.CONSTANT or g.name in used for g in value.generators())
+
+    at = {name: place[name] for name in mechanism.coordinates if printed(place[name])}
     zero = not any(place[name] for name in mechanism.coordinates)
     matrices = Linear(names, M, C, K, f)
     return Linearized(
@@ -289,11 +293,6 @@ def linearize_at(
         ratio=ratio,
         zero=zero,
     )
-
-
-def _is_printed(value: Series, used: Mapping[str, float]) -> bool:
-    """Whether a coordinate's value contains only π and letters that are printed."""
-    return all(g.kind is Kind.CONSTANT or g.name in used for g in value.generators())
 
 
 def _find_drive(

@@ -23,7 +23,10 @@ def write_out(sides: Sequence[Node]) -> list[tuple[Node, ...]]:
     if not tables:
         return [tuple(sides)]
     if any(min(table.shape) > 1 for table in tables):
-        matrices = [side if isinstance(side, Node) else _put_back(side) for side in expanded]
+        matrices = [
+            side if isinstance(side, Node) else compound("table", *side.flat, columns=side.shape[1])
+            for side in expanded
+        ]
         return [tuple(matrices)]
     count = next((table.size for table in tables if table.size > 1), 1)
     columns = []
@@ -57,10 +60,6 @@ def _minor(table: Table) -> Node:
             term = multiply(entry, _minor(np.delete(table[1:], column, axis=1)))
             terms.append(negate(term) if column % 2 else term)
     return add(*terms)
-
-
-def _put_back(table: Table) -> Node:
-    return compound("table", *table.flat, columns=table.shape[1])
 
 
 def _expand(node: Node) -> Table | Node:

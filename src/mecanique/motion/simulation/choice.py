@@ -191,7 +191,8 @@ def _list_changes(problem: Problem, choice: Choice, taken: int, t: float) -> lis
     if series and left > PAYOFF * costs.estimate_deriving_series(m):
         changes.append(partial(_with_series, problem, steps > VERY_MANY_STEPS))
     elif m.nv <= SMALL and not choice.closed_form and left > PAYOFF * costs.estimate_deriving(m):
-        changes.append(partial(_with_closed_form, problem))
+        rhs = problem.code.rhs
+        changes.append(lambda was: replace(was, equations=rhs(problem.reference), closed_form=True))
     return changes
 
 
@@ -242,11 +243,6 @@ def _with_series(problem: Problem, optimized: bool, choice: Choice) -> Choice:
     tolerance = choice.share * problem.rtol
     problem.code.build_integrator(problem.reference, tolerance, optimized=optimized)
     return replace(choice, method="taylor", equations=None, reason=LONG_ENOUGH, optimized=optimized)
-
-
-def _with_closed_form(problem: Problem, choice: Choice) -> Choice:
-    """Change to the closed form, if there is one."""
-    return replace(choice, equations=problem.code.rhs(problem.reference), closed_form=True)
 
 
 def _is_blind(problem: Problem) -> bool:
