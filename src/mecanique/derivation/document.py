@@ -264,7 +264,11 @@ class Document:
                 printed.update((line.write(Text()), _mirror(line)))
             taken = [x for x in part.assumptions if _assume(x, Text()) not in self.repeated]
             part = replace(part, sentence=" ".join(new), lines=lines, assumptions=taken)
-            if (lines or new != [""]) and part.key not in self.repeated:
+            if part.title == _RESULT:  # of which others may have more lines
+                told = self.repeated.issuperset(line.write(Text()) for line in lines)
+            else:
+                told = part.key in self.repeated
+            if (lines or new != [""]) and not (told and self.repeated):
                 yield part
 
     @cached_property
@@ -278,7 +282,7 @@ class Document:
             stated |= {part.key} if part.title not in (_EQUATIONS, _RESULT) else set()
             stated.update(_assume(taken, Text()) for taken in part.assumptions)
         for part in chain.from_iterable(document._parts for document in later):
-            stated |= {part.key} if part.title == _RESULT else set()
+            stated.update(line.write(Text()) for line in part.lines)
         return replace(self, repeated=frozenset(stated), closed=self.endings)
 
     def _list_parts(self) -> Iterator[_Part]:
