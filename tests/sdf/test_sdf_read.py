@@ -431,3 +431,22 @@ def test_commands_take_it_and_say_what_is_left_out(tmp_path: Path) -> None:
 def test_what_is_not_read_is_refused_by_name(text: str, said: str) -> None:
     with pytest.raises(mq.InputError, match=re.escape(said)):
         read_sdf(text)
+
+
+@pytest.mark.parametrize("how", ["attached_to", "relative_to"])
+def test_chains_of_frames_are_followed_to_an_end(how: str) -> None:
+    """The tenth-of-a-meter steps of 400 frames add up; 3,000 are refused."""
+
+    def chain(count: int) -> str:
+        frames = ["<frame name='f0'/>"]
+        for k in range(1, count):
+            pose = f"<pose relative_to='f{k - 1}'>0.1 0 0 0 0 0</pose>"
+            attached = f"attached_to='f{k - 1}'" if how == "attached_to" else ""
+            frames.append(f"<frame name='f{k}' {attached}>{pose}</frame>")
+        link = f"<link name='a'><pose relative_to='f{count - 1}'/></link>"
+        return f"<sdf version='1.8'><model name='m'>{link}{''.join(frames)}</model></sdf>"
+
+    placed = mq.read(chain(400).replace("<model name='m'>", "<model name='m'><static>1</static>"))
+    assert placed.home_poses["a"][0, 3] == pytest.approx(39.9, rel=1e-12)
+    with pytest.raises(mq.InputError, match="to one another through more than 500 others"):
+        mq.read(chain(3000))

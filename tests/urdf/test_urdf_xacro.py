@@ -235,3 +235,27 @@ def test_macros_in_comments_do_not_make_a_file_one_of_xacro(tmp_path: Path) -> N
     text = '<robot name="r"><!-- <xacro:arm/> --><link name="a"/><!-- <xacro:leg/> --></robot>'
     path.write_text(text, encoding="utf-8")
     assert "M008" not in [finding.code for finding in mq.lint(path)]
+
+
+CALLING = '<xacro:macro name="m{}">{}</xacro:macro>'
+
+
+@pytest.mark.parametrize(
+    ("inside", "message"),
+    [
+        ('<xacro:include filename="robot.xacro"/>', "a macro or a file asks for itself"),
+        (CALLING.format(0, "<xacro:m0/>") + "<xacro:m0/>", "a macro or a file asks for itself"),
+        (
+            "".join(CALLING.format(k, f"<xacro:m{k + 1}/>" * 2) for k in range(40))
+            + CALLING.format(40, '<link name="x"/>')
+            + "<xacro:m0/>",
+            "macros are called more than 10,000 times",
+        ),
+    ],
+)
+def test_macros_without_end_are_refused(tmp_path: Path, inside: str, message: str) -> None:
+    file = tmp_path / "robot.xacro"
+    space = "http://www.ros.org/wiki/xacro"
+    file.write_text(f'<robot name="r" xmlns:xacro="{space}">{inside}</robot>', encoding="utf-8")
+    with pytest.raises(mq.UrdfError, match=message):
+        mq.read(file)

@@ -74,6 +74,9 @@ _SLANT = 1e-6
 _FRAMES = (1, 7)
 """The version since which axes name the frame that they are in, instead of a choice of two."""
 
+_MOST_FRAMES = 500
+"""Longest chain of frames stated by one another; all are followed for each link."""
+
 _MOST_DEPTH = 20
 """Deepest nesting of models, so that one which includes itself ends."""
 
@@ -125,7 +128,6 @@ class _Frame:
     relative_to: str  # name in its scope
     link: Link | None = None
     attached_to: str = ""  # name in its scope, for frames
-    busy: bool = False
 
 
 @final
@@ -353,30 +355,32 @@ class _Reader(Source):
             return self._ground.frame
         raise self.refuse(at, f"there is no link, frame or joint {name!r} here; mend the name")
 
+    def _follow(self, frame: _Frame, how: str) -> list[_Frame]:
+        """Return a frame with those it is "stated relative" or "attached" to, to the last."""
+        chain, met = [frame], set[int]()
+        while chain[-1].link is None if how == "attached" else chain[-1].relative_to:
+            last = chain[-1]
+            met.add(id(last))
+            name = last.attached_to if how == "attached" else last.relative_to
+            chain.append(self._find(last.within, name, last.element))
+            if id(chain[-1]) in met:
+                raise self.refuse(last.element, f"frames are {how} to one another in a circle")
+            if len(chain) > _MOST_FRAMES:
+                message = f"frames are {how} to one another through more than {_MOST_FRAMES} others"
+                raise self.refuse(frame.element, message)
+        return chain
+
     def _place(self, frame: _Frame) -> Array:
         """Return the pose of a frame in the world."""
-        if not frame.relative_to:
-            return frame.pose
-        if frame.busy:
-            raise self.refuse(
-                frame.element, "frames are stated relative to one another in a circle"
-            )
-        frame.busy = True
-        base = self._find(frame.within, frame.relative_to, frame.element)
-        pose = self._place(base) @ frame.pose
-        frame.busy = False
+        *inner, pose = (part.pose for part in self._follow(frame, "stated relative"))
+        for part in reversed(inner):
+            pose = pose @ part
         return np.asarray(pose)
 
     def _carrier(self, frame: _Frame) -> _Link:
         """Return the link that a frame is attached to."""
-        if frame.link is not None:
-            return frame.link
-        if frame.busy:
-            raise self.refuse(frame.element, "frames are attached to one another in a circle")
-        frame.busy = True
-        base = self._find(frame.within, frame.attached_to, frame.element)
-        link = self._carrier(base)
-        frame.busy = False
+        link = self._follow(frame, "attached")[-1].link
+        assert link is not None
         return link
 
     # models

@@ -11,6 +11,7 @@ import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from itertools import count
 from pathlib import Path
 from typing import Any, final
 from xml.dom import minidom
@@ -23,6 +24,8 @@ from mecanique.urdf.reading.packages import MeshSearch
 from mecanique.wording import say_count
 
 _MARK = "mecanique_place"
+_MOST_CALLS = 10_000
+"""How often macros may be called: forty that call the next one twice are so 10¹² times."""
 _ARGUMENT = re.compile(r"\$\(arg\s+([^\s)]+)\s*\)")
 _UNKNOWN = re.compile(r"unknown macro name: (\S+)")
 _PARAMETERS = re.compile(r"(Undefined parameters|Invalid parameter) \W(\w+)")
@@ -275,10 +278,17 @@ def expand(
         last[0] = text if text in places.written else last[0]  # it calls itself for parts
         return evaluated(text, *given)
 
+    calls = count(1)
+
+    def expand_one(node: Any, *given: Any) -> Any:
+        if node.tagName.startswith("xacro:") and next(calls) > _MOST_CALLS:
+            raise InputError(f"macros are called more than {_MOST_CALLS:,} times")
+        return called(node, *given)
+
     kept, plainly, grab = substitution_args._eval_find, xacro.parse, xacro.grab_property
-    evaluated = xacro.eval_text
+    evaluated, called = xacro.eval_text, xacro.handle_macro_call
     substitution_args._eval_find, xacro.parse, xacro.grab_property = find, read, define
-    xacro.eval_text = evaluate
+    xacro.eval_text, xacro.handle_macro_call = evaluate, expand_one
     try:
         xacro.init_stacks(str(file))
         document = xacro.parse(None, str(file))
@@ -288,6 +298,8 @@ def expand(
     except Exception as error:
         # the library evaluates what stands in the file, and lets any error through
         said = " ".join(str(error).split()).rstrip(".") or type(error).__name__
+        if isinstance(error, RecursionError):
+            said = "a macro or a file asks for itself"
         remedy = "Mend it, or give its arguments (--arg NAME=VALUE)."
         name, line = places.written.get(last[0], (str(file), 1))
         callers = [m.body.getAttribute("name") for m in getattr(error, "macros", ())]
@@ -308,7 +320,7 @@ def expand(
         return None
     finally:
         substitution_args._eval_find, xacro.parse, xacro.grab_property = kept, plainly, grab
-        xacro.eval_text = evaluated
+        xacro.eval_text, xacro.handle_macro_call = evaluated, called
     if places.macros and sum(1 for _ in _elements(document.documentElement)) == 1:
         said = f"it defines macros alone ({', '.join(places.macros)}) and calls none"
         report.add("M006", 1, said, "Name a file that calls them.")
