@@ -91,11 +91,10 @@ ORDER: dict[str, list[str]] = {
         "numeric printing",
         "symbolic",
         "linear switching",
-        "rotations",
         "special_motions",
         "coordinates",
         "glossary",
-        "document stability",
+        "document",
         "steady",
         "equations",
         "methods",
@@ -170,7 +169,7 @@ ORDER: dict[str, list[str]] = {
     "verification.chapter": ["row", "examples sections"],
     "checking": ["budget", "grammar", "judgement", "verdict", "conventions mistakes", "check"],
     "checking.grammar": [
-        *("tree", "letters tape mathml tables states", "scanner conditions", "reader"),
+        *("tree", "letters tape mathml", "scanner conditions", "reader"),
     ],
     "checking.judgement": [
         *("truth", "equilibria motion proof release", "steady", "quantities", "formula"),

@@ -9,8 +9,8 @@ import pytest
 
 import mecanique as mq
 from mecanique.model.states import States
+from mecanique.motion.analysis.audit import momentum_balances
 from mecanique.motion.analysis.energies import balance_energy
-from mecanique.motion.analysis.momentum import momentum_balances
 from mecanique.motion.compile import derive
 from mecanique.motion.compile.along import StateLaw
 from mecanique.motion.compile.cache import compile_once

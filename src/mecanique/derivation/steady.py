@@ -16,6 +16,8 @@ from functools import partial, reduce
 from operator import mul
 from typing import Any, final
 
+import numpy as np
+
 from mecanique.derivation.document import Document
 from mecanique.derivation.mechanics.forces import Forces
 from mecanique.derivation.mechanics.letters import Letters
@@ -23,13 +25,13 @@ from mecanique.derivation.mechanics.loops import loops_of
 from mecanique.derivation.mechanics.recursion import recursion_on_tape
 from mecanique.derivation.printing.equations import equations, expression, join, shorter
 from mecanique.derivation.printing.expressions import to_formula
-from mecanique.derivation.printing.writers import Expression, Printed, Writer
+from mecanique.derivation.printing.writers import Expression, Printed, Root, Writer
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.evaluation import Substitution, evaluate
 from mecanique.derivation.scalars.functions import function
-from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.stability import find_borders
+from mecanique.derivation.scalars.series import Ring, Series
 from mecanique.derivation.symbolic.derivation import (
+    NO_ENDING,
     Derivation,
     Ending,
     Left,
@@ -38,9 +40,16 @@ from mecanique.derivation.symbolic.derivation import (
     Stage,
     along_displacement,
 )
-from mecanique.derivation.symbolic.multipliers import Column, list_alone, sweep
+from mecanique.derivation.symbolic.multipliers import (
+    Column,
+    Quotient,
+    determinant,
+    list_alone,
+    make_positive,
+    sweep,
+)
 from mecanique.derivation.symbolic.symbols import Algebra
-from mecanique.derivation.tolerances import NEAT
+from mecanique.derivation.tolerances import NEAT, SAME_EXPONENT
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import units
@@ -516,3 +525,104 @@ def _mix(factors: Sequence[Series], columns: Sequence[Column]) -> Column:
 def _alone(basis: Sequence[Column]) -> list[int]:
     """Return the entry of each displacement that is 1 there and 0 in all others."""
     return [alone[0] for alone in list_alone(basis)]
+
+
+# Find at which speeds a steady motion becomes stable, or ceases to be.
+#
+# Deviations e^(λ t) have a characteristic polynomial in λ, with coefficients a. On a border of
+# stability an exponent is zero, where the lowest coefficient vanishes, or two are imaginary, where
+# Hurwitz's determinant vanishes (A. Hurwitz, Math. Ann. 46 (1895) 273).
+
+_POLYNOMIAL = "Of deviations proportional to exp({0} t), the determinant is {1} = 0."
+_BORDERS = {
+    "c": "{0} {1}, where {2} = 0, a deviation grows without oscillation (of a bicycle, capsize).",
+    "w": "{0} {1}, where {2} = 0, an oscillation grows (of a bicycle, weave).",
+}
+_MEANINGS = {
+    "c": "speed at which a constant deviation stays",
+    "w": "speed at which an oscillation neither grows nor decays",
+}
+_APART = 1e-3
+"""Relative distance from a border at which stability is judged."""
+
+
+def find_borders(
+    rows: Sequence[Sequence[Series]],
+    exponent: str,
+    speed: str,
+    values: Mapping[str, float],
+    unit: str,
+) -> Ending:
+    """Return the speeds at which stability changes, in letters where they are short."""
+    ring = rows[0][0].ring
+    powers = determinant(ring, rows).coefficients([exponent])
+    a = {n: coefficient for (n,), coefficient in powers.items() if coefficient}
+    conditions = {"c": (f"a{min(a)}", a[min(a)]), **_find_oscillation(a)}
+    borders = []
+    for letter, (condition, series) in conditions.items():
+        for border in _find_roots(series, speed, values):
+            below = _growth(a, speed, values, border * (1 - _APART))
+            above = _growth(a, speed, values, border * (1 + _APART))
+            if (below > SAME_EXPONENT) != (above > SAME_EXPONENT):
+                borders.append((border, letter, condition, "Above" if above > below else "Below"))
+    if not borders:
+        return NO_ENDING
+    terms = " + ".join(f"a{n} {exponent}^{n}" for n in sorted(a, reverse=True) if n)
+    terms = terms.replace(f"{exponent}^1", exponent)
+    said = [_POLYNOMIAL.format(exponent, f"{terms} + a0" if 0 in a else terms)]
+    lines = []
+    unknowns = dict.fromkeys((f"a{n}" for n in sorted(a)), "coefficient of the determinant")
+    for border, letter, condition, side in sorted(borders):
+        name = f"{speed}_{letter}"
+        square = _solve(a[min(a)], speed) if letter == "c" else None
+        said.append(_BORDERS[letter].format(side, name, condition))
+        lines.append(Root(name, square and square.expression(), f"{border:.5g}"))
+        unknowns[name] = f"{_MEANINGS[letter]}{unit}"
+    return Ending(" ".join(said), tuple(lines), unknowns)
+
+
+def _find_oscillation(a: Mapping[int, Series]) -> dict[str, tuple[str, Series]]:
+    """Return Hurwitz's determinant, as text in the coefficients and as a series."""
+    lowest, order = min(a), max(a) - min(a)
+    if order < 2 or not any((n - lowest) % 2 for n in a):
+        return {}
+    letters = Ring()
+    named = {n: letters.parameter(f"a{n}") for n in a}
+
+    def hurwitz(of: Mapping[int, Series], ring: Ring) -> Series:
+        size, zero = range(order - 1), ring.number(0)
+
+        def line_up(shift: int) -> list[Series]:
+            return [of.get(max(a) - 1 - 2 * k + shift, zero) for k in size]
+
+        return determinant(ring, [*map(line_up, size)])
+
+    ring = a[lowest].ring
+    return {"w": (expression(hurwitz(named, letters)).text(), hurwitz(a, ring))}
+
+
+def _find_roots(series: Series, speed: str, values: Mapping[str, float]) -> Iterator[float]:
+    """Yield the positive speeds at which a polynomial in the speed vanishes."""
+    powers = {n: evaluate(part, values) for (n,), part in series.coefficients([speed]).items()}
+    falling = [powers.get(n, 0.0) for n in range(max(powers), min(powers) - 1, -1)]
+    for root in np.roots(falling):
+        if abs(root.imag) <= SAME_EXPONENT * abs(root) and root.real > 0:
+            yield float(root.real)
+
+
+def _growth(a: Mapping[int, Series], speed: str, values: Mapping[str, float], at: float) -> float:
+    """Return the largest real part of an exponent, relative to the largest exponent."""
+    numbers = {**values, speed: at}
+    falling = [evaluate(a[n], numbers) if n in a else 0.0 for n in range(max(a), min(a) - 1, -1)]
+    exponents = np.roots(falling)
+    return float(exponents.real.max() / np.abs(exponents).max())
+
+
+def _solve(series: Series, speed: str) -> Quotient | None:
+    """Return the square of the speed at which A u² + B, or that times a power of u, vanishes."""
+    powers = {n: part for (n,), part in series.coefficients([speed]).items()}
+    low, high = min(powers), max(powers)
+    if high - low != 2 or len(powers) > 2:
+        return None
+    below, above = make_positive([powers[high], -powers[low]])
+    return Quotient(above, below)

@@ -3,7 +3,7 @@
 from mecanique.motion.analysis.audit import Audit as Audit, AuditRow as AuditRow
 from mecanique.motion.analysis.energies import Energies as Energies
 from mecanique.motion.analysis.trust import Trust as Trust
-from mecanique.motion.ensemble.runs import Runs as Runs
+from mecanique.motion.ensemble.simulate_many import Runs as Runs
 from mecanique.motion.ensemble.simulate_many import simulate_many as simulate_many
 from mecanique.motion.inertial import (
     InertialCheck as InertialCheck,
