@@ -9,7 +9,7 @@ from pathlib import Path
 from zipfile import ZIP_DEFLATED, ZipFile
 
 import mecanique as mq
-from mecanique.viewing.page.viewer import viewer_directory
+from mecanique.viewing.page.page import viewer_directory
 
 PURE = ("lark", "u-msgpack-python", "threadpoolctl")
 """Dependencies without compiled code; NumPy, SciPy and SymPy are Pyodide's own builds."""

@@ -144,7 +144,6 @@ ORDER: dict[str, list[str]] = {
         "forces",
         "rhs",
         "tree",
-        "bodies",
     ],
     "reference.engine.forces": ["sites", "elements loads"],
     "reference.loops": [
@@ -172,7 +171,7 @@ ORDER: dict[str, list[str]] = {
         *("tree", "letters tape mathml", "scanner conditions", "reader"),
     ],
     "checking.judgement": [
-        *("truth", "equilibria motion proof release", "steady", "quantities", "formula"),
+        *("truth", "equilibria motion proof", "steady", "quantities", "formula"),
     ],
     "checking.mistakes": ["units", "hypotheses", "of_quantities", "search"],
     "teaching": [
@@ -227,7 +226,7 @@ ORDER: dict[str, list[str]] = {
     "figure.paper": ["marks", "lettering files"],
     "viewing": ["scene", "corners", "engine page", "live", "show", "gallery"],
     "viewing.scene": ["inspection", "scene", "drawn", "texts", "from_motion"],
-    "viewing.page": ["panels viewer", "page"],
+    "viewing.page": ["panels", "page"],
     "viewing.live": ["live", "view"],
     "cli": [
         "options printing",

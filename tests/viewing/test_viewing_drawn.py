@@ -7,7 +7,7 @@ import pytest
 import umsgpack
 
 import mecanique as mq
-from mecanique.viewing.page.viewer import draw_bodies
+from mecanique.viewing.page.page import draw_bodies
 from mecanique.viewing.scene.drawn import bodies_of, marks_of, spans_of
 from mecanique.viewing.scene.scene import SceneBody
 

@@ -393,7 +393,9 @@ def grade_submissions(
 ) -> Grades:
     """Grade what students handed in."""
     checkers = {
-        question.name: Checker(_mechanism(question), given=question.parameters)
+        question.name: Checker(
+            load(question.system, **question.parameters), given=question.parameters
+        )
         for question in sheet.questions
     }
     marks = []
@@ -475,10 +477,6 @@ def _explain(verdict: Check) -> str:
         cause = line.causes[0].text if line.causes else "wrong; no single mistake explains it"
         lines.append(f"{place}{cause}")
     return "\n".join(lines)
-
-
-def _mechanism(question: Question) -> Mechanism:
-    return load(question.system, **question.parameters)
 
 
 def _disarm(cell: str) -> str:
