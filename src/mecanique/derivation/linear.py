@@ -278,10 +278,10 @@ def linearize_at(
     used = {name: value for name, value in letters.items() if name in shown}
     square, ratio = _find_frequency(M, C, K, numbers) if len(names) == 1 else (None, None)
 
-    def printed(value: Series) -> bool:  # only π and letters that are printed
+    def is_printed(value: Series) -> bool:  # only π and letters that are printed
         return all(g.kind is Kind.CONSTANT or g.name in used for g in value.generators())
 
-    at = {name: place[name] for name in mechanism.coordinates if printed(place[name])}
+    at = {name: place[name] for name in mechanism.coordinates if is_printed(place[name])}
     zero = not any(place[name] for name in mechanism.coordinates)
     matrices = Linear(names, M, C, K, f)
     return Linearized(
