@@ -322,7 +322,7 @@ def derivations(mechanism: mq.Mechanism, form: Form) -> str:
             parts.append(derivation(mechanism, equations.method, form, steps=True))
             continue
         k = written.index(equations)
-        document = documents[k].alongside(documents[:k], documents[k + 1 :])
+        document = documents[k].set_beside(documents[:k], documents[k + 1 :])
         document = replace(document, explained=explained)
         parts.append(getattr(document, form)(steps=True, symbols=True))
         explained |= {name for meaning in document.meanings(steps=True) for name in meaning.names}

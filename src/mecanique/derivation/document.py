@@ -275,7 +275,7 @@ class Document:
     def _parts(self) -> tuple[_Part, ...]:
         return tuple(self._outline(steps=True))
 
-    def alongside(self, earlier: Sequence[Document], later: Sequence[Document]) -> Document:
+    def set_beside(self, earlier: Sequence[Document], later: Sequence[Document]) -> Document:
         """Return it without what others state as well: the result stands once, at the end."""
         stated = set[str]()
         for part in chain.from_iterable(document._parts for document in earlier):
