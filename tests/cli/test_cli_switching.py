@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -115,3 +116,28 @@ def test_run_moves_what_has_modes_in_letters_or_not(name: str, said: str, tmp_pa
     assert done.exit_code == 0, done.output
     assert said in " ".join(done.output.split())
     assert f"{name}: agrees at 5 random states" in done.output
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
+def test_an_fmu_of_many_modes_is_written_and_solves_them_all(tmp_path: Path) -> None:
+    """Of the 256 modes of a slider in its guide 13 have one contact, and two touch at once."""
+    fmpy = pytest.importorskip("fmpy")
+    system = mq.textbook.entry("clearance_slider_crank")
+    v = {rate.removesuffix("'"): value for rate, value in system.start_velocity.items()}
+    given = [
+        f"-{option}{name}={x!r}"
+        for option, start in (("q", system.start), ("v", v))
+        for name, x in start.items()
+    ]
+    words = ["code", "clearance_slider_crank", "--target", "fmu", "--samples", "3", *given]
+    done = CliRunner().invoke(app, [*words, "-o", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    found = fmpy.simulate_fmu(
+        str(tmp_path / "clearance_slider_crank.fmu"), stop_time=0.05, output_interval=0.001
+    )
+    mechanism = system.mechanism()
+    motion = mq.simulate(mechanism, q=system.start, v=v, duration=0.05, rtol=1e-12)
+    exact = motion(np.minimum(found["time"], 0.05)).q
+    states = np.array([found[name] for name in mechanism.coordinates]).T
+    np.testing.assert_allclose(states, exact, rtol=0, atol=1e-8)

@@ -119,6 +119,17 @@ def test_rounding_of_a_weights_work_breaks_no_balance() -> None:
     assert energy.relative > 1e-8
 
 
+def test_what_rests_against_rough_surfaces_is_in_balance() -> None:
+    """A ladder that sticks has momenta of rounding alone, beside the impulse of its weight."""
+    ladder = mq.textbook.load("ladder")
+    contacts = [part for part in ladder.switching if isinstance(part, mq.Contact)]
+    rough = tuple(replace(contact, mu=0.4, mu_static=0.4) for contact in contacts)
+    start = mq.textbook.entry("ladder").start
+    motion = mq.simulate(replace(ladder, switching=rough), q=start, duration=0.5)
+    assert {*motion.modes[0].states.values()} == {"sticks"}
+    assert all(row.ok for row in motion.audit().rows)
+
+
 def test_the_work_of_a_rod_from_a_driven_cart_is_in_the_balance() -> None:
     motion = mq.simulate(tied(0.3), q={"x": 1.0}, duration=1.0, fps=400)
     force = motion.reactions("rod").force[:, 0]

@@ -225,6 +225,18 @@ def compare(motions: list[Motion], tmp_path: Path) -> None:
             np.testing.assert_allclose(column, taken, rtol=1e-8, atol=1e-9 * size, err_msg=name)
 
 
+def test_a_cord_that_a_spring_pulls_is_drawn_once() -> None:
+    capstan = load("capstan")
+    spring = mq.JointSpring("spring", capstan.joints[0].name, 30.0)
+    system = entry("capstan")
+    motion = mq.simulate(
+        replace(capstan, forces=(*capstan.forces, spring)), q=system.start, duration=0.1
+    )
+    lines = [(line.name, line.kind) for line in scene_of(motion, None, ()).lines]
+    first, second = (f"joint {joint.name}" for joint in capstan.joints[:2])
+    assert lines == [(first, "spring"), (second, "rod")]
+
+
 def test_a_page_that_computes_keeps_forces_that_end_within_the_motion() -> None:
     """A ladder leaves the wall; the weights and contacts of all bodies have their arrows."""
     motion = move("ladder")

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import click
 
@@ -15,6 +15,9 @@ import mecanique as mq
 from mecanique.cli import options
 from mecanique.cli.printing import inform, say, to_json, working
 from mecanique.cli.words import Chosen, takes_system
+
+if TYPE_CHECKING:
+    from mecanique.derivation.switching import Modes
 
 SAMPLES = 20
 """Random states at which a document's derivations are compared."""
@@ -128,6 +131,16 @@ def derive(
     say(text)
 
 
+def _derive_modes(mechanism: mq.Mechanism) -> Modes:
+    """Derive every mode; of too many those of one element alone."""
+    try:
+        return mq.derive_modes(mechanism)
+    except mq.DerivationError:
+        modes = mq.derive_modes(mechanism, only="single")
+    inform(f"Of many modes {len(modes.modes)} are written, those of one element alone")
+    return modes
+
+
 @click.command(epilog="Example: mecanique code cart_pole --target c --what rhs,energy -o cart")
 @options.system
 @click.option(
@@ -166,7 +179,8 @@ def code(
     """Write the equations of motion as code, checked by running it.
 
     A comparison test is written alongside. -q and -v apply to FMUs only. With friction or stops,
-    --what is left aside: there is a function for every mode and every impact.
+    --what is left aside: there is a function for every mode and every impact; of many modes, for
+    those in which one element alone is closed or slips. An FMU solves all modes as it runs.
     """
     from mecanique.generation.identifiers import file_stem
 
@@ -175,7 +189,7 @@ def code(
         name = file_stem(chosen.system.rpartition("/")[2])
     with working(f"Writing and running {target}"):
         made = mq.generate(
-            mq.derive_modes(mechanism) if mechanism.switching else mq.derive(mechanism),
+            _derive_modes(mechanism) if mechanism.switching else mq.derive(mechanism),
             target,
             what,
             parameters=() if numbers else None,

@@ -16,7 +16,7 @@ from functools import lru_cache, partial
 from html import escape
 from itertools import product
 from math import prod
-from typing import Any, NamedTuple, final
+from typing import Any, Literal, NamedTuple, final
 
 import numpy as np
 
@@ -331,7 +331,9 @@ def list_symbols(
 
 
 def derive_modes(
-    mechanism: Mechanism, most: int = MOST_MODES, only: Collection[Mapping[str, str]] = ()
+    mechanism: Mechanism,
+    most: int = MOST_MODES,
+    only: Collection[Mapping[str, str]] | Literal["single"] = (),
 ) -> Modes:
     """Derive the equations of every mode of a mechanism with elements that switch.
 
@@ -340,7 +342,8 @@ def derive_modes(
             contacts with planes.
         most: so many modes are written out at most; each may take seconds.
         only: the modes to write out, each by the state of every element, such as the `states` of a
-            motion's `modes`; by default all.
+            motion's `modes`; "single" for those in which at most one element is not in its first
+            state, open if it has that one; by default all.
 
     Returns:
         The modes, each with its accelerations, the forces of the elements and its conditions.
@@ -378,6 +381,10 @@ def derive_modes(
     letters = dict(slips) | cosines.meanings
 
     choices = {forces.element.name: _list_states(forces) for forces in unknown}
+    if only == "single":
+        first = {name: states[0] for name, states in choices.items()}
+        changed = ((name, state) for name, states in choices.items() for state in states)
+        only = [first | {name: state} for name, state in changed]
     # a dictionary keeps the order in which modes are named first
     chosen = dict.fromkeys(_require_states(choices, states) for states in only)
     count = len(chosen) or prod(map(len, choices.values()))
@@ -385,7 +392,7 @@ def derive_modes(
         raise DerivationError(
             f"mechanism {mechanism.name!r} has {count} modes, more than {most}; expected "
             "fewer elements that switch, or some of its modes: only=[…], such as the states of a "
-            "motion's modes"
+            'motion\'s modes, or only="single", those of one element alone'
         )
     modes: list[ModeEquations] = []
     places = _place_letters(mechanism)

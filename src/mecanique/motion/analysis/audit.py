@@ -87,7 +87,9 @@ def _balance(motion: Trajectory) -> tuple[np.ndarray, np.ndarray]:
     have = np.hstack(reference.momentum(motion.q, motion.v, motion.t))
     sizes = np.linalg.norm(have.reshape(-1, 3, 3), axis=2).max(axis=0)
     duration = float(np.ptp(motion.t)) or 1.0
-    negligible = UNCHANGED * np.repeat(_scales(sizes), 3) / duration
+    pull = np.linalg.norm(motion.mechanism.evaluate_all(motion.mechanism.gravity))
+    weight = float(reference.total_mass * pull * duration)
+    negligible = UNCHANGED * np.repeat(_scales(sizes, weight), 3) / duration
     given = integral(motion.curve, rates, motion.t, smooth=9, negligible=negligible)
     jumps = np.zeros_like(have)
     for event in motion.events:
@@ -97,14 +99,18 @@ def _balance(motion: Trajectory) -> tuple[np.ndarray, np.ndarray]:
             )
             jumps += (motion.t >= event.t)[:, None] * (after - before)
     residual = have - have[0] - (jumps - jumps[0]) - given[:, :9]
-    scales = _scales(sizes + given[-1, 9:])
+    scales = _scales(sizes + given[-1, 9:], weight)
     scales[scales == 0] = 1.0
     return residual, np.tile(scales, (len(residual), 1))
 
 
-def _scales(sizes: np.ndarray) -> np.ndarray:
-    """What each momentum is compared with; one that is zero, with what its parts could have."""
-    return np.where(sizes > NO_MOMENTUM * sizes.max(), sizes, sizes.max())
+def _scales(sizes: np.ndarray, impulse: float) -> np.ndarray:
+    """What each momentum is compared with; one that is zero, with what its parts could have.
+
+    Where all are rounding of what bears the weight, that is its impulse.
+    """
+    largest = max(sizes.max(), impulse if sizes.max() <= NO_MOMENTUM * impulse else 0.0)
+    return np.where(sizes > NO_MOMENTUM * largest, sizes, largest)
 
 
 LIGHT = 299_792_458.0

@@ -182,19 +182,15 @@ def spans_of(mechanism: Mechanism) -> Iterator[DrawnSpan]:
         if loop.kind == "distance":
             a, b = End(loop.body_a, loop.frame_a.xyz), End(loop.body_b, loop.frame_b.xyz)
             yield DrawnSpan(loop.name, "rod", (a, b))
-    for element in mechanism.switching:
-        for run in map(mechanism.joint, list_cord_runs(element)):
-            a, b = End(run.parent, run.origin.xyz), End(run.child, (0.0, 0.0, 0.0))
-            yield DrawnSpan(f"joint {run.name}", "rod", (a, b))
+    runs = {name for element in mechanism.switching for name in list_cord_runs(element)}
     cords = [guide for guide in mechanism.elements if isinstance(guide, Strung)]
     held = {stop.body for cord in cords for stop in cord.stops}
     held |= {body for force in forces for body in force.bodies}
     for joint in mechanism.joints:
         # a slide without a visible body is shown by the cable or the spring that spans it, or by
         # the line along which a force acts
-        if isinstance(joint, Prismatic) and (
-            joint.name in sprung or (joint.parent != mechanism.ground and joint.child not in held)
-        ):
+        moves = joint.parent != mechanism.ground and joint.child not in held
+        if isinstance(joint, Prismatic) and (joint.name in sprung | runs or moves):
             a, b = End(joint.parent, joint.origin.xyz), End(joint.child, (0.0, 0.0, 0.0))
             kind: LineKind = "spring" if joint.name in sprung else "rod"
             yield DrawnSpan(f"joint {joint.name}", kind, (a, b))
