@@ -564,6 +564,35 @@ def test_a_page_plays_a_ball_that_bounces_to_rest(show: Callable[..., Visit]) ->
     seen.clean()
 
 
+BARS = """() => [...document.querySelectorAll("#strips b")].map((bar) => [
+    bar.dataset.state, getComputedStyle(bar).backgroundColor, bar.getBoundingClientRect().width])"""
+
+
+def test_a_bar_has_a_color_for_each_state(show: Callable[..., Visit]) -> None:
+    """A block goes up an incline, turns and slips down: bars as long as it does so."""
+    motion = move("block_on_incline")
+    seen = show(scene(motion))
+    (up, first, short), (down, second, long) = seen.js(BARS)
+    assert (up, down) == ("slips -", "slips +")
+    assert (first, second) == ("rgb(240, 228, 66)", "rgb(230, 159, 0)")
+    turn = motion.modes[0].end
+    assert short / (short + long) == pytest.approx(turn / float(motion.t[-1]), abs=0.01)
+    seen.clean()
+
+
+def test_arrows_of_friction_are_opposite_to_slip() -> None:
+    for name, arrow in (("block_on_incline", "dry on block"), ("stick_slip", "belt on block")):
+        motion = move(name)
+        (friction,) = [a for a in scene_of(motion).arrows if a.name == arrow]
+        rates = motion.v[:, 0] - motion.mechanism.values.get("v", 0.0)
+        slips = np.abs(rates) > 1e-6
+        joint = motion.poses()[:, 1, :3, 3]
+        way = joint[np.argmax(motion.q[:, 0])] - joint[np.argmin(motion.q[:, 0])]
+        along = friction.vector @ way
+        assert slips.any()
+        assert (along[slips] * rates[slips] < 0).all()
+
+
 def test_strips_fit_a_phone(show: Callable[..., Visit]) -> None:
     seen = show(scene(move("stick_slip")), viewport={"width": 390, "height": 844})
     seen.seek(5.0)
