@@ -297,6 +297,12 @@ ANSWERED = (
         "4 r sin(lean) cos(lean) yaw'^2 + 6 r cos(lean) yaw' spin' + 4 g sin(lean) = 0",
         *("wrong", "should be 5/4 times as large"),
     ),
+    # the length of the governor's arms, on which its loops depend, is 0.5 m in all states
+    ("governor", "conserved quantity", "(J + 2 m l^2 sin(theta1)^2) psi' = const", "right", ""),
+    (
+        *("governor", "conserved quantity", "(J + 4 m l^3 sin(theta1)^2) psi' = const"),
+        *("wrong", "the units do not match"),
+    ),
     ("governor", "steady motion", "psi'^2 = 2 ((m + M) g - k (s - a))/(m s)", "right", ""),
     ("governor", "steady motion", "psi'^2 = 2 (m g - k (s - a))/(m s)", "wrong", "m should be"),
     # the slider is outside the crank, as it is assembled

@@ -212,6 +212,19 @@ RODS_MATRIX = "[[(m1/3 + m2) l1^2, m2 l1 l2 cos(q1 - q2)/2], [m2 l1 l2 cos(q1 - 
         ),
         ("simple_pendulum", "kinetic energy", "L'énergie cinétique vaut T = 1/2 m l^2 q'^2"),
         (
+            *("spherical_pendulum", "conserved quantity"),
+            "Zachowany jest moment pędu: m l² sin²θ φ' = const",
+        ),
+        (
+            *("free_planar_body", "equation of motion"),
+            "As equações do movimento são m x'' = 0, m z'' = -m g, m (a² + b²)/12 θ'' = 0",
+        ),
+        (
+            *("elastic_pendulum", "equation of motion"),
+            "D'après Lagrange :\nm r̈ − m r θ̇² + k (r − l0) − m g cos θ = 0\n"
+            "r θ̈ + 2 ṙ θ̇ + g sin θ = 0",
+        ),
+        (
             "base_excited_mass",
             "equation of motion",
             "m D(D(u))(t) + c D(u)(t) + k u = m X W^2 sin(W t)",

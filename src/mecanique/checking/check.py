@@ -38,6 +38,8 @@ from mecanique.model.units import say_unit
 _STRETCHED = 1e-6
 """Largest relative difference at states near zero and far out, where more is lost to rounding."""
 
+_UNITS = "the units do not match"
+
 _DENOMINATOR = re.compile(r"/(\d+[^\W\d_]\w*)(?![\w({])")
 """A denominator of a number and letters without brackets, as in 3g/2l."""
 
@@ -283,6 +285,11 @@ class Checker:
             judged = replace(judged, proven=True)
         elif residual is not None and (usual or motion):
             judged = replace(judged, fault=self._find_fault(residual, quantity, text))
+        elif residual is None and usual and judged.root is not None:
+            # lengths on which the closure of loops depends are the same in all states
+            alone = Residual(judged.statement, judged.root, truth, truth.sample)
+            if self.search.has_unit_fault(alone, text, quantity.dimensions):
+                judged = replace(judged, fault=_UNITS)
         if motion and residual is not None and judged.holds:
             return replace(judged, forms=self.factors.list_forms(residual))
         return judged
@@ -387,7 +394,7 @@ class Checker:
     def _find_fault(self, residual: Residual, quantity: AskedQuantity, text: str) -> str:
         """Return why what holds at the random states is no answer, "" if it is one."""
         if self.search.has_unit_fault(residual, text, quantity.dimensions):
-            return "the units do not match"
+            return _UNITS
         motion = quantity.kind == "motion"
         stretched = self.truth.stretch(residual.sample) if motion else None
         if stretched is None:

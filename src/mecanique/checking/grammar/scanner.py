@@ -74,8 +74,14 @@ _REWRITES = (
     (re.compile(r"\bD\[\s*(\w+)\[t\]\s*,\s*t\s*\]"), r"\1'"),
     (re.compile(r"\bD\[\s*(\w+)\[t\]\s*,\s*\{\s*t\s*,\s*2\s*\}\s*\]"), r"\1''"),
     (re.compile(r"=>|->|\b(?:i\. ?e|d\. ?h)\."), "\n"),
-    # the article of a French word is no rate of a length
-    (re.compile(r"\b[Ll]'(?=(?:energie|equation|equilibre|inertie|acceleration)\b)"), ""),
+    # the article of a French or Italian word is no rate of a length
+    (
+        re.compile(
+            r"\b(?:[LlDd]|[Dd]ell|[Nn]ell|[Aa]ll)'(?=(?:apres|energi[ae]|equa(?:tion|zione)|"
+            r"equilibr(?:e|io)|iner(?:tie|zia)|accelera(?:tion|zione)|integrale?|angolo|origin[ae])\b)"
+        ),
+        "",
+    ),
     (re.compile(r"(?<=\d)\s*(?:\^\s*\{?\s*\\circ\s*\}?|deg(?:rees?)?\b)"), "°"),
     # of a function of time alone ∂/∂t is d/dt, and of a Lagrangian d/dq is partial anyway
     (re.compile(r"(?:\\partial(?![A-Za-z])|∂)"), "d "),
@@ -206,7 +212,8 @@ def _unify(text: str) -> tuple[str, list[int]]:
             some = "".join(
                 _DOTS.get(sign, sign)
                 for sign in unicodedata.normalize(_form_of(original), original)
-                if sign not in _ACCENTS and not (sign == "\u0308" and _is_umlaut(text, place))
+                if sign not in _ACCENTS
+                and not (sign in _ACCENTS_OF_WORDS and _is_in_word(sign, text, place))
             )
         raised = original in _RAISED
         # in q̈1 as in q̈₁ the digit is a subscript
@@ -225,16 +232,22 @@ def _form_of(sign: str) -> Literal["NFD", "NFKD"]:
 _ACCENTS = "\u0300\u0301\u0327"
 """Accents of words such as période, which no letter of a formula has."""
 
-_UMLAUT = re.compile(r"(?:[^\W\d_]\u0308?){4,}")
+_ACCENTS_OF_WORDS = "\u0302\u0303\u0308\u030a\u030c\u0328"
+"""Accents of words such as rôle, equações, Lösung, för, rovnováž or pędu, where a letter such as q̈
+may have some, too."""
+
+_WORD_WITH_ACCENTS = re.compile(rf"(?:[^\W\d_][{_ACCENTS_OF_WORDS}]?){{3,}}")
 
 
-def _is_umlaut(text: str, place: int) -> bool:
-    """Whether dots belong to a word such as Lösung, not to a letter such as q̈."""
-    for word in _UMLAUT.finditer(text, max(0, place - MOST_IN_WORD), place + MOST_IN_WORD):
+def _is_in_word(sign: str, text: str, place: int) -> bool:
+    """Whether an accent belongs to a word such as Lösung, not to a letter such as q̈."""
+    for word in _WORD_WITH_ACCENTS.finditer(
+        text, max(0, place - MOST_IN_WORD), place + MOST_IN_WORD
+    ):
         # a word may be letters of a formula, of which the last has dots
         if word.start() <= place < word.end() - 1:
             base = unicodedata.normalize("NFC", word[0])
-            return any(sign in "äöüÄÖÜ" for sign in base)
+            return sign != "\u0308" or (len(base) > 3 and any(c in "äöüÄÖÜ" for c in base))
     return False
 
 
@@ -380,9 +393,12 @@ _SHORTEST_WORD = 3
 _STOPS = re.compile(
     r"is|of|the|to|we|by|so|it|in|as|at|are|with|for|where|and|get|hence|thus|"
     r"damit|somit|daher|alors|und|ist|die|der|das|mit|aus|von|wir|also|la|el|lo|le|los|las|de|"
-    r"del|en|es|por|que|con|donc|on|soit|ou|est|et|au|du|un|une|pour"
+    r"del|en|es|por|que|con|donc|on|soit|ou|est|et|au|du|un|une|pour|ik|as"
 )
 """Short words of sentences."""
+
+_DENIED = re.compile(r"(?:\b(?:not|nicht|pas|niet|never)|\b(?:no es|não é|non è))$")
+"""How a sentence ends that denies the formula behind it."""
 
 _NO_PROSE = re.compile(
     r"and|Eq|Matrix|Rational|Derivative|diff|dot|"
@@ -928,6 +944,8 @@ class Scanner:
             while last < len(self._plain) and self._plain[last] in " :,.":
                 last += 1
             said = " ".join(self._quote(first, last).strip(" :,").split())
+            if after[:1] not in ("", "\n") and _DENIED.search(said.lower()):
+                raise self._explain("expected what holds, not what does not", first)
             self.notes.insert(0, f"set aside: '{said}'")
             between = before and before[-1] != "\n" and after
             self._placed.blank(first, last, "\n" if between else "")
