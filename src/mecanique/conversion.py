@@ -106,16 +106,16 @@ class Conversion(Legible):
                 f"No engine of {self.form} itself is installed; mecanique read the result."
             )
         rest = " but for what is listed" if self.lost else ""
-        differs = self.worst > _ALIKE or any(reading.differs for reading in self.readings)
-        verdict = "differs from" if differs else "says the same as"
+        verdict = "differs from" if self.worst > _ALIKE else "says the same as"
+        otherwise = [reading.engine for reading in self.readings if reading.differs]
+        doubt = ""
+        if self._refusing:
+            doubt = f"; not proved, as {' and '.join(self._refusing)} refuses it"
+        elif otherwise:
+            doubt = f"; not proved, as {' and '.join(otherwise)} reads it otherwise"
         lines.append(
             f"The {self.form} {verdict} the source{rest}: "
-            f"largest relative difference {self.worst:.1e} at {self.states} states"
-            + (
-                f"; not proved, as {' and '.join(self._refusing)} refuses it."
-                if self._refusing
-                else "."
-            )
+            f"largest relative difference {self.worst:.1e} at {self.states} states{doubt}."
         )
         return "\n".join(lines)
 

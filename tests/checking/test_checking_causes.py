@@ -393,6 +393,32 @@ SLIPS = (
         " + m2/2 (l1^2 q1'^2 + l2^2 (q1' + q2')^2/4 + l1 l2 cos(q2) q1' (q1' + q2'))",
         "the rotation of 'link2' is taken relative to 'link1' in T",
     ),
+    (
+        *("double_pendulum", "equation of motion"),
+        "l1^2 (m1/3 + m2) q1'' + l1 l2 m2 (cos(q1 - q2) q2'' + sin(q1 - q2) q2'^2)/2"
+        " + g l1 (m1/2 + m2) sin(q1) + g l2 m2 sin(q1 + q2)/2 = 0\n"
+        "l1 l2 m2 (cos(q1 - q2) q1'' - sin(q1 - q2) q1'^2)/2 + l2^2 m2 q2''/3"
+        " + g l2 m2 sin(q1 + q2)/2 = 0",
+        "q2 is taken relative to q1 instead of absolute in the potential of gravity",
+    ),
+    (
+        *("acrobot", "equation of motion"),
+        "l1^2 (m1/3 + m2) q1'' + l1 l2 m2 (cos(q2) q2'' - sin(q2) q2'^2)/2"
+        " + g l1 (m1/2 + m2) sin(q1) + g l2 m2 sin(q1 + q2)/2 = 0\n"
+        "l1 l2 m2 cos(q2) q1''/2 + l2^2 m2 q2''/3 + g l2 m2 sin(q1 + q2)/2 = K sin(W t)",
+        "the rate of q2 is taken absolute instead of relative to q1 in T",
+    ),
+    (
+        *("chaplygin_sleigh", "equation of motion"),
+        "m x'' - m a sin(theta) theta'' - m a cos(theta) theta'^2"
+        " + sin(theta) lambda_edge_side = 0\n"
+        "m y'' + m a cos(theta) theta'' - m a sin(theta) theta'^2"
+        " - cos(theta) lambda_edge_side = 0\n"
+        "I theta'' - m a sin(theta) x'' + m a cos(theta) y'' = 0\n"
+        "sin(theta) x' - cos(theta) y' = 0",
+        "the inertia of 'sleigh' is taken about its center (Steiner's term is missing)",
+    ),
+    ("governor", "conserved quantity", "(J + m l^2 sin(theta1)^2) psi' = const", "'J' is twice"),
     ("rack_and_pinion", "equilibrium", "x = D/k", "the divisor r is missing"),
     ("rack_and_pinion", "equilibrium", "x = D r/k", "'r' belongs on the other side"),
 )

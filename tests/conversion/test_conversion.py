@@ -19,6 +19,7 @@ from mecanique.model.bodies.body import Shape
 from mecanique.model.constraints.loops import Kind
 from mecanique.reference.engine.package import has_pinocchio
 from mecanique.verification.engines import ENGINES
+from mecanique.verification.verdict import EngineReading
 
 ARM = """<sdf version="1.9"><model name="m"><link name="a"><pose>0 0 1 0.1 0.2 0.3</pose></link>
 <link name="b"><pose>0.5 0.1 1 0.4 0 0.2</pose></link>
@@ -354,6 +355,16 @@ def test_a_wrong_result_is_not_proved(monkeypatch: pytest.MonkeyPatch) -> None:
     conversion = mq.convert(mq.read(ARM), "MJCF")
     assert not conversion.proved
     assert "The MJCF differs from the source" in str(conversion)
+
+
+def test_an_engine_that_reads_otherwise_is_named_beside_the_verdict() -> None:
+    conversion = mq.convert(mq.textbook.load("rigid_bar_pendulum"), "URDF", states=5)
+    otherwise = replace(conversion, readings=(EngineReading("MuJoCo 4.0.0", 9.1e-4),))
+    assert not otherwise.proved
+    assert str(otherwise).splitlines()[-1] == (
+        "The URDF says the same as the source: largest relative difference 0.0e+00 at 5 states; "
+        "not proved, as MuJoCo 4.0.0 reads it otherwise."
+    )
 
 
 def test_an_engine_that_refuses_the_result_is_not_said_to_be_missing() -> None:

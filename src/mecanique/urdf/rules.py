@@ -54,7 +54,7 @@ M003 document-type error
 
 M004 too-large error
     It would fill the memory.
-    > Split the robot, or remove what is no URDF.
+    > Split the robot, or remove what does not describe it.
 
 M005 not-a-robot error
     It is no URDF.

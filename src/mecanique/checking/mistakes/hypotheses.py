@@ -331,6 +331,7 @@ def mistake_velocities(right: RightEquations) -> Iterator[WrongDerivation]:
     quasi = any(not name.endswith("'") for name in algebra.velocities)
     if quasi or len(algebra.velocities) > _MOST_VELOCITIES:
         return
+    ring, M = algebra.ring, right.derivation.M
     lacking = list[tuple[float, str, Series]]()
     for body in bodies:
         velocity = kinematics.velocity(body.name, body.center)
@@ -350,16 +351,23 @@ def mistake_velocities(right: RightEquations) -> Iterator[WrongDerivation]:
                 algebra.series(I) * (w * w - (w - w0) * (w - w0))
                 for I, w, w0 in zip(moments, *spins, strict=True)
             ]
-            lacking.append((1.05, what, algebra.ring.sum(surplus) / 2))
-    v = [algebra.ring[name] for name in algebra.velocities]
+            lacking.append((1.05, what, ring.sum(surplus) / 2))
+    v = [ring[name] for name in algebra.velocities]
+    for text, _, rates, dots in list_relative(right.truth):
+        if dots == ("'",):
+            w = [ring.sum([c * x for c, x in zip(row.tolist(), v, strict=True)]) for row in rates]
+            terms = [
+                M[i][j] * (v[i] * v[j] - w[i] * w[j]) for i in range(len(v)) for j in range(len(v))
+            ]
+            lacking.append((1.3, f"{text} in T", ring.sum(terms) / 2))
     pairs = combinations(range(len(v)), 2)
-    products = algebra.ring.sum([right.derivation.M[i][j] * v[i] * v[j] for i, j in pairs])
+    products = ring.sum([M[i][j] * v[i] * v[j] for i, j in pairs])
     if products:
         what = "the coupling is missing: T lacks its products of different rates"
         lacking.append((1.2, what, products))
     for weight, what, T in lacking:
-        M, h = mass_and_bias(algebra, [row.value for row in algebra.ring.euler(T)])
-        dM = np.stack([right.value.stack(row) for row in M], axis=1)
+        less_M, h = mass_and_bias(algebra, [row.value for row in ring.euler(T)])
+        dM = np.stack([right.value.stack(row) for row in less_M], axis=1)
         less = EquationValues(dM, right.value.stack(h), np.zeros_like(right.terms.V))
         yield WrongDerivation("missing", what, weight, right.terms.plus(less, -1))
 
@@ -406,11 +414,17 @@ def _rename_letters(names: Mapping[str, str], values: Mapping[str, Array]) -> di
 
 def mistake_angles(right: RightEquations) -> Iterator[WrongDerivation]:
     """Yield equations with absolute coordinates for relative ones, and vice versa."""
+    weightless = _derive_tree(replace(right.truth.mechanism, gravity=(0.0, 0.0, 0.0)))
     for text, read, rates, dots in list_relative(right.truth):
         if len(dots) > 1:
             terms = right.reread(read)
             # their accelerations are ours after the same change
             yield WrongDerivation("angle", text, 1.4, replace(terms, M=terms.M @ rates))
+            if weightless is not None:
+                weights = terms.plus(right.evaluate(*weightless, read), -1)
+                weights = replace(weights, rest=weights.rest @ rates)
+                wrong = right.evaluate(*weightless).plus(weights)
+                yield WrongDerivation("angle", f"{text} in the potential of gravity", 1.45, wrong)
 
 
 def list_relative(truth: Truth) -> Iterator[tuple[str, Reading, Array, tuple[str, ...]]]:
@@ -639,7 +653,7 @@ def _piece(
             "of the center"
         )
         # each change of a closed mechanism takes long to derive
-        turning = None if mechanism.constrained else _turn_about_joint(right, mechanism, piece)
+        turning = None if mechanism.loops else _turn_about_joint(right, mechanism, piece)
         # what is dropped of a body whose center is in its joint may as well be a term
         likely = 0.8 if turning else 1.15
         turning = turning or moving

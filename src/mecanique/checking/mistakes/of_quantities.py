@@ -42,6 +42,7 @@ from mecanique.checking.mistakes.hypotheses import (
     WrongDerivation,
     list_relative,
 )
+from mecanique.checking.mistakes.units import LetterUnits, UnitMisfitError
 from mecanique.checking.verdict import Mistake
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation
@@ -72,8 +73,9 @@ _CONSERVED = 1e-8
 class QuantityMistakes:
     """Finds the mistakes that lead to a wrong quantity of one mechanism."""
 
-    def __init__(self, truth: Truth, hypotheses: Hypotheses) -> None:
+    def __init__(self, truth: Truth, hypotheses: Hypotheses, units: LetterUnits) -> None:
         self._truth = truth
+        self._letter_units = units
         self._units = {p.symbol: p.unit for p in truth.mechanism.parameters}
         self._hypotheses = hypotheses
         self._quantity: AskedQuantity | None = None
@@ -433,8 +435,17 @@ class QuantityMistakes:
                 continue
             values = FormulaTape(slope).evaluate(truth.sample.letters, truth.sample.count)
             constant = (np.abs(values.whole) <= _CONSERVED * values.size).all()
-            if constant and values.size.any():
+            # with loops lengths are the same in all states, and a power of one as good as a number
+            if constant and values.size.any() and self._has_unit(changed):
                 yield mistake
+
+    def _has_unit(self, formula: Node) -> bool:
+        """Whether the units of all terms match."""
+        try:
+            self._letter_units.find(formula, "")
+        except UnitMisfitError:
+            return False
+        return True
 
     def _find_momentum(self, given: Array, lagrange: Lagrange) -> Iterator[Mistake]:
         """Yield that a quantity is a momentum, or a multiple of it, if it is."""

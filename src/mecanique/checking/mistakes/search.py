@@ -980,7 +980,7 @@ class Search:
 
     @cached_property
     def _of_quantities(self) -> QuantityMistakes:
-        return QuantityMistakes(self._truth, self._hypotheses)
+        return QuantityMistakes(self._truth, self._hypotheses, self.units)
 
     def _explain_matrix(
         self, judged: Sequence[Judged], quantity: AskedQuantity
