@@ -215,6 +215,8 @@ RODS_MATRIX = "[[(m1/3 + m2) l1^2, m2 l1 l2 cos(q1 - q2)/2], [m2 l1 l2 cos(q1 - 
             *("spherical_pendulum", "conserved quantity"),
             "Zachowany jest moment pędu: m l² sin²θ φ' = const",
         ),
+        ("simple_pendulum", "equation of motion", "Für das Pendel: q̈ + g/l sin(q) = 0"),
+        ("simple_pendulum", "equation of motion", "L'equazione del moto è q̈ + g/l sin(q) = 0"),
         (
             *("free_planar_body", "equation of motion"),
             "As equações do movimento são m x'' = 0, m z'' = -m g, m (a² + b²)/12 θ'' = 0",

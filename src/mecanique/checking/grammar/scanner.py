@@ -208,6 +208,8 @@ def _unify(text: str) -> tuple[str, list[int]]:
                 dots -= 1
             signs.insert(dots, _LOWERED.get(original, original))
             places.insert(dots, place)
+        elif original in ("è", "é") and text[max(0, place - 1) : place + 2].strip() == original:
+            some = " "  # "is" in Italian and Portuguese
         elif not some:
             some = "".join(
                 _DOTS.get(sign, sign)
@@ -246,8 +248,9 @@ def _is_in_word(sign: str, text: str, place: int) -> bool:
     ):
         # a word may be letters of a formula, of which the last has dots
         if word.start() <= place < word.end() - 1:
-            base = unicodedata.normalize("NFC", word[0])
-            return sign != "\u0308" or (len(base) > 3 and any(c in "äöüÄÖÜ" for c in base))
+            base = unicodedata.normalize("NFC", word[0]).lower()
+            long = len(base) > 3 and any(c in "äöü" for c in base)
+            return sign != "\u0308" or long or base in ("für", "för", "när", "där")
     return False
 
 
