@@ -58,6 +58,12 @@ def test_other_forms_of_the_right_equation_hold(text: str, outcome: str) -> None
     [
         (*("simple_pendulum", "kinetic energy"), "T = m l^2 q'^2/2 (1 + (q/1000)^4)", "too small"),
         ("simple_pendulum", "frequency", "omega = sqrt(g/l (1 + 1e-12))", "too small"),
+        # d = 2 a in all states, as loops of any other lengths need not close
+        (
+            *("four_bar_linkage", "potential energy"),
+            "m1 g d sin(phi)/4 + m2 g (a sin(phi) + b sin(phi + theta)/2) + m3 g c sin(psi)/2",
+            "it holds for these proportions of the loops alone",
+        ),
         # the motion without any force is no linearized one
         ("particle_on_circle_x", "equation of motion", "x'' = 0", "the centripetal term"),
     ],

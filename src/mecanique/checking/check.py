@@ -11,7 +11,7 @@ from typing import final
 
 import numpy as np
 
-from mecanique.checking.budget import bound_work
+from mecanique.checking.budget import bound_work, stop_clock
 from mecanique.checking.conventions import Prompt, read_as_usual
 from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import ReadText, define, define_joint_positions
@@ -39,6 +39,7 @@ _STRETCHED = 1e-6
 """Largest relative difference at states near zero and far out, where more is lost to rounding."""
 
 _UNITS = "the units do not match"
+_SIZES = "it holds for these proportions of the loops alone"
 
 _DENOMINATOR = re.compile(r"/(\d+[^\W\d_]\w*)(?![\w({])")
 """A denominator of a number and letters without brackets, as in 3g/2l."""
@@ -160,6 +161,7 @@ class Checker:
         answer = read_as_usual(text, letters, prompt)
         text, reading = answer.text, answer.reading
         judged = self._compare(reading, quantity, self.truth, text)
+        judged = self._resize(judged, reading, ask, text)
         held = self._hold_numbers(judged, reading, quantity, ask, text)
         assembled = None if held else self._assemble(judged, reading, ask, text)
         held = held or assembled
@@ -294,6 +296,28 @@ class Checker:
             return replace(judged, forms=self.factors.list_forms(residual))
         return judged
 
+    def _resize(
+        self, judged: Sequence[Judged], reading: ReadText, ask: str, text: str
+    ) -> list[Judged]:
+        """Return formulas, those with a fault that hold for one proportion of the loops alone."""
+        open_to_doubt = any(formula.holds and not formula.proven for formula in judged)
+        with stop_clock():  # closing loops anew is no work on the answer
+            other = self.truth.resized if open_to_doubt else None
+        if other is None:
+            return [*judged]
+        try:
+            with stop_clock():
+                asked = ask_for(other, ask)
+            again = judge_formula(reading.statements, other, asked, text)
+        except InputError:
+            return [*judged]  # with these proportions what is asked for does not exist
+        return [
+            replace(here, worst=there.worst, fault=_SIZES)
+            if here.holds and not (here.rounding or here.proven or there.agrees)
+            else here
+            for here, there in zip(judged, again, strict=True)
+        ]
+
     def _hold_numbers(
         self,
         judged: Sequence[Judged],
@@ -313,7 +337,7 @@ class Checker:
             return None
         motion = quantity.kind == "motion"
         wrong = [formula.residual for formula in judged if not formula.holds]
-        if not motion and any(formula.fault for formula in judged):
+        if not motion and any(formula.fault not in ("", _SIZES) for formula in judged):
             return None
         # a number may stand for a quantity with a unit, unless it has a unit itself
         if (motion or any(name.startswith("[") for name in written)) and any(

@@ -32,6 +32,9 @@ from mecanique.verification.states import closed_states, random_states
 STATES = 24
 """Number of states in which a formula is compared."""
 
+_RESIZED = 0.05
+"""By how much of themselves lengths of loops may differ, without being closed no more."""
+
 _CANDIDATES = 64
 """Number of states that are drawn; nearly singular ones and those without values are left out."""
 
@@ -279,6 +282,27 @@ class Truth:
         held = {g.name for tie in self.derivation.ties for g in tie.demand.generators()}
         held |= self._fixed
         return frozenset(p.symbol for p in self.mechanism.parameters if p.symbol not in held)
+
+    @cached_property
+    def resized(self) -> Truth | None:
+        """The same with loops of slightly other proportions; None where these are fixed."""
+        sizes = {p.symbol for p in self.mechanism.parameters} - self._variable - self._fixed
+        if self.derivation is None or len(sizes) < 2:
+            return None  # in another size alone formulas hold as their units match
+        random = np.random.default_rng(self.seed + 2)
+        parameters = (
+            p.with_value(p.value * (1 + _RESIZED * random.uniform(-1, 1)))
+            if p.symbol in sizes
+            else p
+            for p in self.mechanism.parameters
+        )
+        other = Truth(replace(self.mechanism, parameters=tuple(parameters)), self.seed, self._fixed)
+        # the letters are the same, and so are the equations
+        other.__dict__["derivation"] = self.derivation
+        try:
+            return other if other.sample.count else None
+        except InputError:
+            return None  # loops that close in special proportions alone
 
     def with_numbers(self, varied: frozenset[str]) -> Sample:
         """Return states in which only some parameters vary; the others have their own values."""
