@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 from itertools import combinations, islice, permutations
+from operator import mul
 from typing import Any, NamedTuple, TypeAlias, final
 
 import numpy as np
@@ -355,7 +356,7 @@ def mistake_velocities(right: RightEquations) -> Iterator[WrongDerivation]:
     v = [ring[name] for name in algebra.velocities]
     for text, _, rates, dots in list_relative(right.truth):
         if dots == ("'",):
-            w = [ring.sum([c * x for c, x in zip(row.tolist(), v, strict=True)]) for row in rates]
+            w = [ring.sum([*map(mul, row.tolist(), v)]) for row in rates]
             terms = [
                 M[i][j] * (v[i] * v[j] - w[i] * w[j]) for i in range(len(v)) for j in range(len(v))
             ]

@@ -3,8 +3,10 @@
 
 import { cross, dot, unit } from "../data/vectors.js";
 
-// Of the mechanism's own size: what may be framed at the start, and what is a motion that goes far.
+// Of the size of what is framed first: how far a motion that goes far may widen it at the start; one
+// that is streamed, and need not go far, more. And of the mechanism's own: what goes far.
 const SPREAD = 1.2;
+const STREAMED = 1.8;
 const FAR = 5;
 
 const NEAR = 0.3; // of the room in which bodies move: how far around it what rests is framed
@@ -117,12 +119,12 @@ function findMoving(boxes, rows) {
 
 // The box to begin with: all that the first rows sweep, unless that is much larger than the
 // mechanism as it starts.
-function startBox(boxes, rows, layout, moves) {
+function startBox(boxes, rows, layout, moves, spread) {
   let swept = bounds(boxes, [rows[0]], layout, moves);
   const largest = sizeOf(swept);
   for (const row of rows) {
     const wider = unite(copyOf(swept), bounds(boxes, [row], layout, moves));
-    if (sizeOf(wider) > SPREAD * largest) break;
+    if (sizeOf(wider) > spread * largest) break;
     swept = wider;
   }
   return swept;
@@ -139,7 +141,8 @@ export function frame(boxes, rows, layout, { bounds: given, streamed = false } =
   if (!far) return { box: whole, far };
   // what rests is left behind by a motion that is known to go far
   const shown = streamed ? boxes : boxes.map((box, b) => (moves[b] ? box : null));
-  return { box: startBox(shown, rows, layout, moves), far };
+  const spread = streamed ? STREAMED : SPREAD;
+  return { box: startBox(shown, rows, layout, moves, spread), far };
 }
 
 // Where to look, and from where: every corner of the box is in the picture, with a margin.
