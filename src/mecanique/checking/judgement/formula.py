@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import permutations
 from types import MappingProxyType
 from typing import final
@@ -39,7 +40,7 @@ from mecanique.checking.judgement.steady import SteadyMotions
 from mecanique.checking.judgement.truth import Sample, Truth
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
-from mecanique.errors import FormulaError
+from mecanique.errors import FormulaError, InputError
 
 
 @final
@@ -605,7 +606,7 @@ def _judge_steady(
         sides = [side.name for side in statement.sides]
         alone = [name for name in rates if name in sides]
         # more states have a value of some rates than of others
-        name = max(alone or rates, key=lambda rate: np.isfinite(motions.find_rates(rate)).sum())
+        name = max(alone or rates, key=partial(_count_rates, motions))
         roots = motions.find_rates(name)
         apart = np.abs(roots[0] - roots[1])
         # the same motion backwards is no other
@@ -636,6 +637,14 @@ def _judge_steady(
             all_judged[0], missing=("the other rate at the same position is missing",)
         )
     return all_judged
+
+
+def _count_rates(motions: SteadyMotions, name: str) -> int:
+    """Return how many values a rate has in all states."""
+    try:
+        return int(np.isfinite(motions.find_rates(name)).sum())
+    except InputError:
+        return 0
 
 
 def is_equivalent(residual: Residual, truth: Truth, letters: Sequence[str]) -> bool:

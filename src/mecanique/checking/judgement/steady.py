@@ -106,6 +106,7 @@ class SteadyMotions:
             raise InputError(f"with any {name} the motion is steady; there is nothing to ask for")
         below, rest, above = rows[:, acting[0]]
         square, linear = (above + below) / 2 - rest, (above - below) / 2
+        # of what is linear in the rate, rounding leaves a square, with a second, huge root
         square[np.abs(square) <= _ROUNDING * np.abs(rows[:, acting[0]]).max(axis=0)] = 0.0
         with np.errstate(all="ignore"):
             root = np.sqrt(linear**2 - 4 * square * rest)
