@@ -110,9 +110,9 @@ class Conversion(Legible):
         otherwise = [reading.engine for reading in self.readings if reading.differs]
         doubt = ""
         if self._refusing:
-            doubt = f"; not proved, as {' and '.join(self._refusing)} refuses it"
+            doubt = f"; not proved: refused by {' and '.join(self._refusing)}"
         elif otherwise:
-            doubt = f"; not proved, as {' and '.join(otherwise)} reads it otherwise"
+            doubt = f"; not proved: read otherwise by {' and '.join(otherwise)}"
         lines.append(
             f"The {self.form} {verdict} the source{rest}: "
             f"largest relative difference {self.worst:.1e} at {self.states} states{doubt}."

@@ -64,7 +64,12 @@ def patience(monkeypatch: pytest.MonkeyPatch) -> None:
         ("{" + "," * 19990, "equilibrium", (), "more than 4,000 signs"),
         (", " * 9900, "equilibrium", (), "more than 4,000 signs"),
         ("if " * 6600, "equilibrium", (), "more than 4,000 signs"),
-        ("It is not q'' + g/l sin(q) = 0", "equation of motion", (), "not what does not"),
+        (
+            "It is not q'' + g/l sin(q) = 0",
+            "equation of motion",
+            (),
+            "the sentence denies this formula; write what holds",
+        ),
         ("ä̃" * 9900, "equation of motion", (), "more than 200 signs|no meaning here"),
         ("<math><mi>\ud800</mi></math>", "equation of motion", (), "a surrogate"),
     ],

@@ -62,7 +62,7 @@ def test_other_forms_of_the_right_equation_hold(text: str, outcome: str) -> None
         (
             *("four_bar_linkage", "potential energy"),
             "m1 g d sin(phi)/4 + m2 g (a sin(phi) + b sin(phi + theta)/2) + m3 g c sin(psi)/2",
-            "it holds for these proportions of the loops alone",
+            "it holds for the proportions of this mechanism only",
         ),
         # the motion without any force is no linearized one
         ("particle_on_circle_x", "equation of motion", "x'' = 0", "the centripetal term"),

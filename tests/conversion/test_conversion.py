@@ -363,7 +363,7 @@ def test_an_engine_that_reads_otherwise_is_named_beside_the_verdict() -> None:
     assert not otherwise.proved
     assert str(otherwise).splitlines()[-1] == (
         "The URDF says the same as the source: largest relative difference 0.0e+00 at 5 states; "
-        "not proved, as MuJoCo 4.0.0 reads it otherwise."
+        "not proved: read otherwise by MuJoCo 4.0.0."
     )
 
 

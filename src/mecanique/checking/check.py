@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from types import MappingProxyType
@@ -39,7 +39,7 @@ _STRETCHED = 1e-6
 """Largest relative difference at states near zero and far out, where more is lost to rounding."""
 
 _UNITS = "the units do not match"
-_SIZES = "it holds for these proportions of the loops alone"
+_SIZES = "it holds for the proportions of this mechanism only"
 
 _DENOMINATOR = re.compile(r"/(\d+[^\W\d_]\w*)(?![\w({])")
 """A denominator of a number and letters without brackets, as in 3g/2l."""
@@ -297,25 +297,35 @@ class Checker:
         return judged
 
     def _resize(
-        self, judged: Sequence[Judged], reading: ReadText, ask: str, text: str
+        self,
+        judged: Sequence[Judged],
+        reading: ReadText,
+        ask: str,
+        text: str,
+        given: Collection[str] | None = None,
     ) -> list[Judged]:
-        """Return formulas, those with a fault that hold for one proportion of the loops alone."""
-        open_to_doubt = any(formula.holds and not formula.proven for formula in judged)
-        with stop_clock():  # closing loops anew is no work on the answer
-            other = self.truth.resized if open_to_doubt else None
-        if other is None:
+        """Return formulas, with a fault where one holds for the proportions of the mechanism only.
+
+        Loops are assembled from zero by the coordinates that are given, if any.
+        """
+        # what algebra proves, or rounding excuses, needs no other states
+        doubtful = [f.holds and not (f.proven or f.rounding) for f in judged]
+        if not any(doubtful):
             return [*judged]
         try:
-            with stop_clock():
-                asked = ask_for(other, ask)
+            with stop_clock():  # closing loops anew is no work on the answer
+                other = self.truth.resized
+                other = other and (other if given is None else other.assemble(given))
+                asked = other and ask_for(other, ask)
+            if other is None or asked is None:
+                return [*judged]
             again = judge_formula(reading.statements, other, asked, text)
         except InputError:
-            return [*judged]  # with these proportions what is asked for does not exist
+            # with these proportions what is asked for does not exist, or time is over
+            return [*judged]
         return [
-            replace(here, worst=there.worst, fault=_SIZES)
-            if here.holds and not (here.rounding or here.proven or there.agrees)
-            else here
-            for here, there in zip(judged, again, strict=True)
+            replace(here, worst=there.worst, fault=_SIZES) if open_ and not there.agrees else here
+            for here, there, open_ in zip(judged, again, doubtful, strict=True)
         ]
 
     def _hold_numbers(
@@ -371,6 +381,7 @@ class Checker:
             again = self._compare(reading, ask_for(truth, ask), truth, text)
         except InputError:
             return None  # there is no such quantity there
+        again = self._resize(again, reading, ask, text, written)
         return (truth, again, ()) if all(formula.holds for formula in again) else None
 
     def _explain_numbers(self, reading: ReadText, ask: str, text: str) -> list[tuple[Mistake, ...]]:

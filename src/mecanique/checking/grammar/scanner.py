@@ -948,7 +948,7 @@ class Scanner:
                 last += 1
             said = " ".join(self._quote(first, last).strip(" :,").split())
             if after[:1] not in ("", "\n") and _DENIED.search(said.lower()):
-                raise self._explain("expected what holds, not what does not", first)
+                raise self._explain("the sentence denies this formula; write what holds", first)
             self.notes.insert(0, f"set aside: '{said}'")
             between = before and before[-1] != "\n" and after
             self._placed.blank(first, last, "\n" if between else "")

@@ -33,7 +33,7 @@ STATES = 24
 """Number of states in which a formula is compared."""
 
 _RESIZED = 0.05
-"""By how much of themselves lengths of loops may differ, without being closed no more."""
+"""Largest relative change of sizes on which constraints depend, with which most loops close."""
 
 _CANDIDATES = 64
 """Number of states that are drawn; nearly singular ones and those without values are left out."""
@@ -285,10 +285,10 @@ class Truth:
 
     @cached_property
     def resized(self) -> Truth | None:
-        """The same with loops of slightly other proportions; None where these are fixed."""
+        """The same with constraints of slightly other proportions; None where these are fixed."""
         sizes = {p.symbol for p in self.mechanism.parameters} - self._variable - self._fixed
         if self.derivation is None or len(sizes) < 2:
-            return None  # in another size alone formulas hold as their units match
+            return None  # with one size, units alone tell it from its powers
         random = np.random.default_rng(self.seed + 2)
         parameters = (
             p.with_value(p.value * (1 + _RESIZED * random.uniform(-1, 1)))
@@ -302,7 +302,7 @@ class Truth:
         try:
             return other if other.sample.count else None
         except InputError:
-            return None  # loops that close in special proportions alone
+            return None  # the loops close in special proportions only
 
     def with_numbers(self, varied: frozenset[str]) -> Sample:
         """Return states in which only some parameters vary; the others have their own values."""

@@ -148,9 +148,11 @@ class QuantityMistakes:
             return  # where wheels part, forces follow from the size of others
         right = self._hypotheses.right.terms
         for hypothesis, motion in self._hypotheses.pairs:
-            # balances of forces have no factor of T, and those of bodies have their weights
-            lifted = (hypothesis.terms.V != right.V).any() and bool(quantity.series)
-            if hypothesis.row >= 0 or hypothesis.kind == "half" or lifted:
+            # a factor of T is no slip in a balance of forces, nor is a single term of the equations
+            if hypothesis.row >= 0 or hypothesis.kind == "half":
+                continue
+            # the balances of free bodies contain the right weights
+            if quantity.series and (hypothesis.terms.V != right.V).any():
                 continue
             led = {**sample.values, **dict(zip(moving, motion.T, strict=True))}
             here = SeriesValues(derivation, led, sample.count)

@@ -11,7 +11,7 @@ import { dot } from "../data/vectors.js";
 export const OPEN = "open";
 export const STICKS = "sticks";
 const [CLOSES, FORWARD, BACKWARD, SLIPS] = ["closed", "slips +", "slips -", "slips"];
-const NO_SPEED = 1e-300;
+const NO_SPEED = 1e-300; // so that a bound on what is at rest is not zero, and may divide
 
 // Why no motion goes on from a state.
 export class Undecided extends Error {}

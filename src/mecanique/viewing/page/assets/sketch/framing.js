@@ -3,11 +3,11 @@
 
 import { cross, dot, unit } from "../data/vectors.js";
 
-// Of the size of what is framed first: how far a motion that goes far may widen it at the start; one
-// that is streamed, and need not go far, more. And of the mechanism's own: what goes far.
+// How many times the first box the start of a motion that goes far may fill; a streamed motion, whose
+// future is unknown, may stay near after all.
 const SPREAD = 1.2;
 const STREAMED = 1.8;
-const FAR = 5;
+const FAR = 5; // times the mechanism's own size: a motion that goes far
 
 const NEAR = 0.3; // of the room in which bodies move: how far around it what rests is framed
 
