@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import sys
 import time
 import tracemalloc
@@ -11,6 +12,8 @@ import pytest
 
 import mecanique as mq
 from mecanique.checking import budget
+from mecanique.checking.check import Checker
+from mecanique.checking.judgement.formula import judge_formula
 from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes import search
 from mecanique.checking.mistakes.hypotheses import Hypotheses
@@ -172,6 +175,32 @@ def test_the_search_in_quantities_ends_in_time_and_says_so(
     said = [str(cause) for cause in answer.causes]
     assert "the sign is wrong" in said
     assert "the search for causes ended after 5 s" in said
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "m1 r^2 theta'^2/6 + m2 x'^2/2",
+        "m1 r^2 theta'^2/6 + m2 r^2 theta'^2/2 (sin(theta) + r sin(theta) cos(theta)"
+        "/sqrt(l^2 - r^2 sin(theta)^2))^2",
+    ],
+)
+def test_what_is_not_compared_to_its_end_is_refused(
+    monkeypatch: pytest.MonkeyPatch, text: str
+) -> None:
+    """Of loops the answer is compared again, in other proportions or assembled from zero."""
+    calls = itertools.count()
+
+    def spend(*arguments: object) -> object:
+        if next(calls):
+            raise budget.SpentError("late", "5 s")
+        return judge_formula(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr("mecanique.checking.check.judge_formula", spend)
+    monkeypatch.setattr(Checker, "_is_proven", lambda *_: False)
+    monkeypatch.setattr(Checker, "_hold_numbers", lambda *_: None)
+    with pytest.raises(mq.FormulaError, match="late"):
+        mq.check(mq.textbook.load("slider_crank"), text, "kinetic energy")
 
 
 def test_deriving_the_right_equations_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:

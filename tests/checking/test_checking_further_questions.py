@@ -318,12 +318,15 @@ ANSWERED = (
             ("-", "wrong", ""),
         )
     ),
-    (
-        # l = 2.4 r in all states
-        *("slider_crank", "kinetic energy"),
-        "T = m1 r^2 theta'^2/6 + m2/2 (r theta' sin(theta)"
-        " (1 + r cos(theta)/sqrt(5.76 r^2 - r^2 sin(theta)^2)))^2",
-        *("wrong", ""),
+    *(
+        # l = 2.4 r in all states, in some of which the root is real
+        (
+            *("slider_crank", "kinetic energy"),
+            f"{name}m1 r^2 theta'^2/6 + m2/2 (r theta' sin(theta)"
+            " (1 + r cos(theta)/sqrt(5.76 r^2 - r^2 sin(theta)^2)))^2",
+            *("wrong", ""),
+        )
+        for name in ("T = ", "")
     ),
     # small oscillations about steady motions; E. T. Whittaker, Analytical Dynamics, 1937, § 92
     *(

@@ -11,7 +11,7 @@ from typing import final
 
 import numpy as np
 
-from mecanique.checking.budget import bound_work, stop_clock
+from mecanique.checking.budget import SpentError, bound_work, stop_clock
 from mecanique.checking.conventions import Prompt, read_as_usual
 from mecanique.checking.grammar.letters import KnownLetters
 from mecanique.checking.grammar.reader import ReadText, define, define_joint_positions
@@ -320,9 +320,10 @@ class Checker:
             if other is None or asked is None:
                 return [*judged]
             again = judge_formula(reading.statements, other, asked, text)
+        except SpentError:
+            raise  # what is not compared is not right
         except InputError:
-            # with these proportions what is asked for does not exist, or time is over
-            return [*judged]
+            return [*judged]  # with these proportions what is asked for does not exist
         return [
             replace(here, worst=there.worst, fault=_SIZES) if open_ and not there.agrees else here
             for here, there, open_ in zip(judged, again, doubtful, strict=True)
@@ -379,6 +380,8 @@ class Checker:
             return None
         try:
             again = self._compare(reading, ask_for(truth, ask), truth, text)
+        except SpentError:
+            raise  # it may be right there
         except InputError:
             return None  # there is no such quantity there
         again = self._resize(again, reading, ask, text, written)

@@ -276,6 +276,8 @@ def _root(target: Array, below: list[Array]) -> Array:
 
 
 _WRITTEN = re.compile(r"\d*[.,](\d+)")
+_SAME = 1e-9
+"""What differs by less of it is one number: rounding through the operations of a line of text."""
 
 
 def find_rounding(tape: FormulaTape, values: FormulaValues, text: str) -> str:
@@ -289,17 +291,19 @@ def find_rounding(tape: FormulaTape, values: FormulaValues, text: str) -> str:
         # zeros behind the decimal mark are digits, those before the first other digit are not
         digits = re.sub("[.,]", "", text[node.start : node.end]).lstrip("0")
         usable = finite & np.isfinite(exact)
-        if len(digits) < 2 or usable.sum() < min(3, len(finite)):
+        unsaid = finite & ~usable & (np.abs(values.whole) > _SAME * values.size)
+        if len(digits) < 2 or usable.sum() < min(3, len(finite)) or unsaid.any():
             continue
         exact = exact[usable]
         value = float(exact.mean())
         half = 0.5 * 10.0 ** -len(written[1])
-        near = abs(value - float(node.value)) <= half * (1 + 1e-9)
-        if near and np.ptp(exact) <= 1e-6 * abs(value):
+        near = abs(value - float(node.value)) <= half * (1 + _SAME)
+        differs = abs(value - float(node.value)) > _SAME * abs(value)
+        if near and differs and np.ptp(exact) <= 1e-6 * abs(value):
             simple = Fraction(value).limit_denominator(60)
             said = (
                 str(simple)
-                if abs(float(simple) / value - 1) < 1e-9
+                if abs(float(simple) / value - 1) < _SAME
                 else f"{value:.{max(6, len(digits) + 3)}g}"
             )
             return f"{text[node.start : node.end]} is rounded: it is {said}"
