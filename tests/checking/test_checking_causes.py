@@ -273,7 +273,7 @@ SLIPS = (
     (ROD, "equation of motion", "m l^2/2 q'' + m g l/2 sin(q) = 0", "that of a disk"),
     ("rolling_disk", "equation of motion", "x'' = 5/7 g sin(alpha)", "that of a solid ball"),
     ("simple_pendulum", "equation of motion", "q'' + g/l (q - q^3/6) = 0", "of its series"),
-    (ROD, "equation of motion", "m l^2/3 q'' + m g l/3 sin(q) = 0", "'m g l/3 sin(q)' should be"),
+    (ROD, "equation of motion", "m l^2/3 q'' + m g l/3 sin(q) = 0", "its center, is 2/3 of"),
     (ROD, "equation of motion", "m l^2/12 q'' + m g l sin(q) = 0", "center (Steiner"),
     (ROD, "period", "T = 1/(2 pi) sqrt(2 l/(3 g))", "'1/(2 pi)' is inverted"),
     (ROD, "period", "T = pi sqrt(2 l/(3 g))", "should be 2 pi"),
@@ -421,6 +421,64 @@ SLIPS = (
     ("governor", "conserved quantity", "(J + m l^2 sin(theta1)^2) psi' = const", "'J' is twice"),
     ("rack_and_pinion", "equilibrium", "x = D/k", "the divisor r is missing"),
     ("rack_and_pinion", "equilibrium", "x = D r/k", "'r' belongs on the other side"),
+    # one property of a part is too large by a factor, wherever it acts
+    (
+        *("bars_and_springs", "kinetic energy", "T = 13/2 m l^2 q'^2/(16 l^2 - q^2)"),
+        "the mass of 'DEF' is half of what it should be",
+    ),
+    (
+        *("bars_and_springs_loop", "kinetic energy", "T = 8 m l^2 alpha'^2 + 4 m l^2 delta'^2"),
+        "the mass of 'ABC' is 16/9 times what it should be, or its distance 4/3 times",
+    ),
+    (
+        *("bars_and_springs_small", "equation of motion", "17 m q'' + 48 k q = 0"),
+        "or its lever arm twice what it should be",
+    ),
+    (
+        *("rolling_coin", "kinetic energy"),
+        "T = m/2 (x'^2 + y'^2 + z'^2) + m r^2/4 (lean'^2 + cos(lean)^2 yaw'^2)"
+        " + m r^2/4 (spin' + sin(lean) yaw')^2",
+        "the moment of inertia of 'coin' about the axes across that of symmetry is twice",
+    ),
+    (
+        *("double_pendulum", "equation of motion"),
+        "l1^2 (m1/3 + 2 m2) q1'' + l1 l2 m2 (cos(q1 - q2) q2'' + sin(q1 - q2) q2'^2)"
+        " + g l1 (m1/2 + 2 m2) sin(q1) = 0\n"
+        "l1 l2 m2 (cos(q1 - q2) q1'' - sin(q1 - q2) q1'^2)/2 + l2^2 m2 q2''/3"
+        " + g l2 m2 sin(q2)/2 = 0",
+        "the mass of 'rod1' is half of what it should be",  # or that of rod 2 is twice
+    ),
+    (
+        *("slider_crank", "equation of motion"),
+        "m1 r^2 theta''/3 - (r sin(theta) + l sin(theta + beta)) lambda_B_x"
+        " + (r cos(theta) + l cos(theta + beta)) lambda_B_z + m1 g r cos(theta)/2 = 0\n"
+        "sin(theta + beta) lambda_B_x - cos(theta + beta) lambda_B_z = 0\n"
+        "2 m2 x'' - lambda_B_x = 0",
+        "the mass of 'slider' is twice what it should be",
+    ),
+    # a drive is forgotten
+    (
+        *("kapitza_pendulum", "Hamiltonian", "H = p^2/(2 m l^2) - m g l cos(q)"),
+        "A is taken as zero (amplitude of the pivot)",
+    ),
+    # constants that lack terms, and numbers in them
+    ("ball_on_a_turntable", "conserved quantity", "y' - 2/5 W x = C", "'2/5' should be 2/7"),
+    (
+        *("heavy_top", "conserved quantity"),
+        "3/20 m (r^2 + 4 h^2) sin(theta)^2 phi' = const",
+        "m r^2 cos(theta) psi'/10 is missing",
+    ),
+    (
+        *("rolling_coin", "conserved quantity"),
+        "E = m/2 (x'^2 + y'^2 + z'^2) + m r^2/8 (lean'^2 + cos(lean)^2 yaw'^2)"
+        " + m r^2/4 spin'^2 + m g z",
+        "m r^2 sin(lean) yaw' spin'/2 is missing",
+    ),
+    # with loops a part's mass is left out of the whole mechanism
+    (
+        *("slider_crank", "frequency at theta = -pi/2", "omega = sqrt(3 g/(2 r))"),
+        "the mass of 'slider' is missing",
+    ),
 )
 
 

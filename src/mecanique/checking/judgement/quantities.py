@@ -326,9 +326,9 @@ class _Asked:
                 "frequency'"
             )
         if name == "damped frequency":
-            undamped = _oscillate(M, gyroscopic, K).T
+            undamped = find_frequencies(M, gyroscopic, K).T
             slips.append(("missing", f"{_UNDAMPED}: it is the undamped frequency", undamped))
-        frequencies = _oscillate(M, gyroscopic if name == "undamped frequency" else C, K)
+        frequencies = find_frequencies(M, gyroscopic if name == "undamped frequency" else C, K)
         if np.isfinite(frequencies).all(1).sum() < _FEWEST:
             where = _name_place(self._position)
             raise InputError(f"{where} is not stable, or nothing oscillates there")
@@ -355,7 +355,7 @@ class _Asked:
         listed = equilibria.nearest
         for position in listed:
             M, C, K = linear_matrices(self._truth, position)[:3]
-            if np.isfinite(_oscillate(M, C, K)).all(1).sum() >= _FEWEST:
+            if np.isfinite(find_frequencies(M, C, K)).all(1).sum() >= _FEWEST:
                 return position
         return listed[0] if listed else {}
 
@@ -596,7 +596,7 @@ def locate(truth: Truth, position: str) -> dict[str, Array]:
     return positions
 
 
-def _oscillate(M: Array, C: Array, K: Array) -> Array:
+def find_frequencies(M: Array, C: Array, K: Array) -> Array:
     """Return the angular frequencies of M x'' + C x' + K x = 0, at most nv, shape (n, k).
 
     They are NaN in states in which something does not oscillate.

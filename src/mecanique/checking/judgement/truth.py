@@ -270,6 +270,10 @@ class Truth:
         same.__dict__["sample"] = sample
         return same
 
+    def change(self, mechanism: Mechanism) -> Truth:
+        """Return the truth about a mechanism with other masses, in the same states."""
+        return Truth(mechanism, self.seed, self._fixed)._with_sample(self.sample)
+
     def prepare(self) -> None:
         """Derive the equations and evaluate them in the states, if that is still to be done."""
         assert self.sample.count

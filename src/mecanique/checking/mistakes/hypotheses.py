@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cached_property, lru_cache, partial
 from itertools import combinations, islice, permutations
 from operator import mul
@@ -66,6 +67,38 @@ class WrongDerivation:
         """Return the mistake in words, with a weight that is larger by so much."""
         text = self.text.format("" if self.term is None else expression(self.term).text())
         return Mistake(self.kind, text, weight=self.weight + more, equation=equation)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Share:
+    """What of the equations is in proportion to one property of a part, or to a force."""
+
+    said: str  # the property in words
+    terms: EquationValues  # what of the right equations it makes up
+    length: str = ""  # a length to a power of which they are in proportion, too
+    power: int = 2
+
+    def say(self, factor: float) -> Mistake | None:
+        """Return that the property is so many times too large, None if that is no simple number."""
+        ratio = Fraction(factor).limit_denominator(_MOST_TIMES**2)
+        root = Fraction(abs(factor) ** 0.5).limit_denominator(_MOST_TIMES)
+        simple = max(ratio.numerator, ratio.denominator) <= _MOST_TIMES or root * root == ratio
+        if ratio <= 0 or ratio == 1 or abs(factor / ratio - 1) > _EQUAL or not simple:
+            return None
+        what, weight = f"{self.said} is {_say_times(ratio)} what it should be", 1.6
+        if Fraction(1, 2) <= ratio <= 2 or (self.length and root * root == ratio):
+            weight = 1.38
+        if self.length and self.power == 1:
+            what = f"{self.said}, or {self.length}, is {_say_times(ratio)} what it should be"
+        elif self.length and root * root == ratio:
+            what += f", or {self.length} {_say_times(root)} what it should be"
+        return Mistake("factor", what, weight=weight)
+
+
+def _say_times(ratio: Fraction) -> str:
+    known = {Fraction(2): "twice", Fraction(1, 2): "half of"}
+    return known.get(ratio, f"{ratio} {'times' if ratio > 1 else 'of'}")
 
 
 @final
@@ -496,16 +529,16 @@ def linearize(right: RightEquations) -> Iterator[WrongDerivation]:
 
 _FELT = 1e-12
 """A change of M below this part of it is rounding: the moments of inertia do not matter."""
-_NONE = (0.0,) * 6
+NO_INERTIA = (0.0,) * 6
 _MOST_PIECES = 3
-_MOST_BODIES = 7
+MOST_BODIES = 7
 """With more bodies in loops, deriving each change again would take seconds."""
 
 
 def mistake_parts(right: RightEquations) -> Iterator[WrongDerivation]:
     """Yield equations with wrong inertia, weight or spring of a single part."""
     mechanism = right.truth.mechanism
-    if mechanism.constrained and len(mechanism.bodies) > _MOST_BODIES:
+    if mechanism.constrained and len(mechanism.bodies) > MOST_BODIES:
         return
     if (own := right.split(mechanism)) is not None:
         still, gravity = own
@@ -518,7 +551,7 @@ def mistake_parts(right: RightEquations) -> Iterator[WrongDerivation]:
         ):
             yield WrongDerivation(kind, what, how_likely, still.plus(gravity, factor))
         alike: dict[tuple[str, float, str], list[tuple[str, EquationValues]]] = {}
-        for piece in _list_pieces(mechanism):
+        for piece in list_pieces(mechanism):
             for kind, weight, words, wrong in _piece(right, mechanism, piece, still):
                 yield WrongDerivation(kind, words.format(piece.said), weight, wrong)
                 alike.setdefault((kind, weight, words), []).append((piece.said, wrong))
@@ -607,7 +640,7 @@ class _Piece(NamedTuple):
         return replace(mechanism, bodies=tuple(bodies))
 
 
-def _list_pieces(mechanism: Mechanism) -> list[_Piece]:
+def list_pieces(mechanism: Mechanism) -> list[_Piece]:
     """Return the bodies, those of a few pieces by their pieces."""
     pieces = []
     for body in mechanism.bodies:
@@ -629,7 +662,7 @@ def _piece(
 ) -> Iterator[tuple[str, float, str, EquationValues]]:
     """Yield mistakes about a piece, "{}": inertia about center or joint, Steiner's term, weight."""
     shape = piece.shape
-    point = replace(shape, inertia=_NONE)
+    point = replace(shape, inertia=NO_INERTIA)
     bare = right.split(piece.put(mechanism, point))
     gone = right.split(piece.put(mechanism, replace(point, mass=0.0)))
     if bare is None or gone is None:
@@ -685,6 +718,70 @@ def _piece(
 
 _ROUND = {"thin ring": 1.0, "thin disk": 0.5, "solid ball": 0.4}
 """Moments of inertia about their axes that are mistaken for each other, of m r²."""
+
+
+_MOST_TIMES = 6
+"""Slips have factors with a numerator and a denominator up to this, or their squares."""
+
+_EQUAL = 1e-6
+"""Factors are equal that differ by less than this part."""
+
+
+def list_shares(right: RightEquations) -> Iterator[Share]:
+    """Yield what each mass, moment of inertia, weight and force makes up of the equations."""
+    mechanism, terms = right.truth.mechanism, right.terms
+    if mechanism.constrained and len(mechanism.bodies) > MOST_BODIES:
+        return
+    for piece in list_pieces(mechanism):
+        shape, name = piece.shape, piece.said
+        point = replace(shape, inertia=NO_INERTIA)
+        bare = right.split(piece.put(mechanism, point))
+        gone = right.split(piece.put(mechanism, replace(point, mass=0.0)))
+        if bare is None or gone is None:
+            continue
+        # of properties that would explain the same, the narrower one comes first
+        spinning = terms.plus(bare[0].plus(bare[1]), -1)
+        if _differ(terms.M, terms.plus(spinning, -1).M):
+            yield from _split_by_axes(right, piece, spinning)
+            yield Share(f"the inertia of {name} about its own center", spinning, "its size")
+        if gone[0].M.any():  # of a single body, all are in proportion to it
+            massive = terms.plus(gone[0].plus(gone[1]), -1)
+            yield Share(f"the mass of {name}", massive, "its distance")
+        weight = bare[1].plus(gone[1], -1)
+        yield Share(f"the weight of {name}", weight, "the distance of its center", power=1)
+    for force in mechanism.forces:
+        others = tuple(present for present in mechanism.forces if present is not force)
+        without = right.rebuild(replace(mechanism, forces=others))
+        if without is not None:
+            yield Share(f"the force {force.name!r}", terms.plus(without, -1), "its lever arm")
+
+
+def _split_by_axes(
+    right: RightEquations, piece: _Piece, spinning: EquationValues
+) -> Iterator[Share]:
+    """Yield the moments of inertia about an axis of symmetry and across it, if both matter."""
+    flat, terms = _flatten(piece.shape), right.terms
+    less = right.rebuild(piece.put(right.truth.mechanism, flat)) if flat else None
+    if less is None:
+        return
+    along = terms.plus(less, -1)
+    across = spinning.plus(along, -1)
+    if _differ(terms.M, less.M) and _differ(terms.M, terms.plus(across, -1).M):
+        moment = f"the moment of inertia of {piece.said} about"
+        yield Share(f"{moment} its axis of symmetry", along)
+        yield Share(f"{moment} the axes across that of symmetry", across)
+
+
+def _flatten(shape: Shape) -> Shape | None:
+    """Return a shape without its moment of inertia about its axis, None if it has no such axis."""
+    x, y, z, *products = shape.inertia
+    if any(map(plain, products)):
+        return None
+    for k, (along, a, b) in enumerate(((x, y, z), (y, z, x), (z, x, y))):
+        if plain(along) and plain(along) != plain(a) == plain(b):
+            moments = [0.0 if n == k else a for n in range(3)]
+            return replace(shape, inertia=(moments[0], moments[1], moments[2], 0.0, 0.0, 0.0))
+    return None
 
 
 _BODIES = {
@@ -748,7 +845,7 @@ def _at_end(
     )
     x, y, z = (above * x / below for x in piece.shape.center)
     far = replace(piece.shape, center=(x, y, z))
-    point = right.rebuild(piece.put(mechanism, replace(far, inertia=_NONE)))
+    point = right.rebuild(piece.put(mechanism, replace(far, inertia=NO_INERTIA)))
     # along the axis about which it turns, its end is no other place than its center
     if point is not None and _differ(point.M, particle.M):
         what = "{} is taken for a point mass at its end instead of a body with inertia"
@@ -915,6 +1012,12 @@ class Hypotheses:
         else:
             hypotheses += [*mistake_angles(right), *linearize(right), *mistake_velocities(right)]
         return hypotheses
+
+    @cached_property
+    def shares(self) -> list[Share]:
+        """What each property of the parts makes up of the equations."""
+        with stop_clock():
+            return [] if self._truth.derivation is None else list(list_shares(self.right))
 
     @property
     def listed(self) -> tuple[WrongDerivation, ...]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from functools import partial
 from itertools import chain, combinations, pairwise, product
 from types import MappingProxyType
@@ -30,16 +31,27 @@ from mecanique.checking.grammar.tree import (
     rate,
     rename,
 )
-from mecanique.checking.judgement.equilibria import judge_positions
+from mecanique.checking.judgement.equilibria import equilibria_of, judge_positions
 from mecanique.checking.judgement.motion import Residual
-from mecanique.checking.judgement.quantities import ENERGIES, AskedQuantity, measure, roll
+from mecanique.checking.judgement.quantities import (
+    ENERGIES,
+    AskedQuantity,
+    find_frequencies,
+    linear_matrices,
+    measure,
+    roll,
+)
 from mecanique.checking.judgement.truth import SeriesValues, Truth
 from mecanique.checking.mistakes.hypotheses import (
+    MOST_BODIES,
     MULTIPLES,
+    NO_INERTIA,
     EquationValues,
     Hypotheses,
     Reading,
+    Share,
     WrongDerivation,
+    list_pieces,
     list_relative,
 )
 from mecanique.checking.mistakes.units import LetterUnits, UnitMisfitError
@@ -47,7 +59,7 @@ from mecanique.checking.verdict import Mistake
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.derivation.symbolic.lagrange import Lagrange
-from mecanique.errors import FormulaError
+from mecanique.errors import FormulaError, InputError, MechanismError
 from mecanique.model.random_positions import angles
 
 _ALIKE = 1e-6
@@ -64,6 +76,9 @@ Claims: TypeAlias = "list[dict[str, Array]]"
 
 _SUMS = {"Lagrangian": (1, -1), "energy": (1, 1), "Hamiltonian": (1, 1)}
 """How much of T and V is in what is their sum or difference."""
+
+_PARTS = {**ENERGIES, **_SUMS}
+"""The same of all energies."""
 
 _CONSERVED = 1e-8
 """A rate below this part of its terms is zero."""
@@ -100,6 +115,29 @@ class QuantityMistakes:
                 )
             if explains:
                 yield mistake
+        yield from self._fit_shares(residual, quantity)
+
+    def _fit_shares(self, residual: Residual, quantity: AskedQuantity) -> Iterator[Mistake]:
+        """Yield the properties of parts that a formula takes too large by one factor."""
+        if not self._is_made_up(quantity) or quantity.name == "Hamiltonian":
+            return  # in momenta, T is not in proportion to masses
+        right, resting = self._hypotheses.right.terms, self._at_rest(quantity)
+        for share in self._hypotheses.shares:
+            spend()
+
+            def claim(factor: float, share: Share = share) -> Claims:
+                wrong = right.plus(share.terms, factor - 1)
+                return self._claim_terms(quantity, wrong, resting)
+
+            # energies are linear in it
+            without, true = (_differences(residual, claim(factor)) for factor in (0.0, 1.0))
+            factors = without / (without - true)
+            factors = factors[np.isfinite(factors)]
+            if not len(factors) or np.ptp(factors) > _ALIKE * np.abs(factors).max():
+                continue
+            mistake = share.say(float(factors.mean()))
+            if mistake and _holds(residual, claim(float(factors.mean()))):
+                yield mistake
 
     def mend(self, residual: Residual, quantity: AskedQuantity, written: str) -> Iterator[Mistake]:
         """Yield the single changes after which a formula would be right, wherever they stand."""
@@ -124,9 +162,10 @@ class QuantityMistakes:
 
     def _list_claims(self, quantity: AskedQuantity) -> Iterator[tuple[Mistake, Claims]]:
         """Yield mistakes, each with what a formula says that makes it."""
-        if quantity.name in _SUMS or quantity.name in ENERGIES or quantity.velocity:
-            shares = {**ENERGIES, **_SUMS}.get(quantity.name, (0, 0))
-            yield from self._claim_energies(quantity, *shares)
+        if self._is_made_up(quantity):
+            yield from self._claim_energies(quantity)
+        if quantity.name == "Hamiltonian":
+            yield from self._claim_without(quantity)
         if quantity.again is not None and quantity.name in _SUMS:
             yield from self._claim_shares(quantity, *_SUMS[quantity.name])
         if quantity.kind in ("value", "up to a constant"):
@@ -217,37 +256,76 @@ class QuantityMistakes:
             if alike and hypothesis.row < 0:
                 yield hypothesis.mistake()
 
-    def _claim_energies(
-        self, quantity: AskedQuantity, kinetic: float, potential: float
-    ) -> Iterator[tuple[Mistake, Claims]]:
-        """Yield the hypotheses, with what these parts of their T and V make up."""
-        truth, sample = self._truth, self._truth.sample
-        if quantity.values is None:
-            return
-        v = np.stack([sample.values[n] for n in truth.velocities], axis=-1)
-        # with all at rest, the potential must be right, and its constant is open
-        resting = [] if quantity.again is None else list(self._at_rest(quantity))
-        right = self._hypotheses.right.terms
+    def _is_made_up(self, quantity: AskedQuantity) -> bool:
+        """Whether a quantity is made up of T and V, or is a slope of T."""
+        made_up = quantity.name in _SUMS or quantity.name in ENERGIES or quantity.velocity
+        return bool(made_up) and quantity.values is not None
+
+    def _claim_energies(self, quantity: AskedQuantity) -> Iterator[tuple[Mistake, Claims]]:
+        """Yield the hypotheses, with what their T and V make up."""
+        kinetic, potential = _PARTS.get(quantity.name, (0, 0))
+        right, resting = self._hypotheses.right.terms, self._at_rest(quantity)
         for hypothesis in self._hypotheses.listed:
-            dM = hypothesis.terms.M - sample.M
+            dM = hypothesis.terms.M - right.M
             dV = hypothesis.terms.V - right.V
             if hypothesis.row >= 0 or not (np.abs(dM).any() or np.abs(dV).any()):
                 continue
-            more = kinetic * np.einsum("ni,nij,nj->n", v, dM, v) / 2 + potential * dV[0]
-            if quantity.velocity:
-                k = truth.velocities.index(quantity.velocity)
-                more = np.einsum("nj,nj->n", dM[:, k], v)
-            if quantity.name == "Hamiltonian":
-                # in momenta, T is p M⁻¹ p/2
-                p = np.einsum("nij,nj->ni", sample.M, v)
-                wrong_v = np.linalg.solve(hypothesis.terms.M, p[..., None])[..., 0]
-                more = np.einsum("ni,ni->n", p, wrong_v - v) / 2 + dV[0]
-            claims = self._claim(quantity, quantity.values + more)
-            for (values, states), change in zip(resting, dV, strict=False):
-                claims += self._claim(quantity, values + potential * change, states)
             # what is not asked for is less likely wrong
             aside = (kinetic == 0 and dM.any()) or (potential == 0 and dV.any())
+            claims = self._claim_terms(quantity, hypothesis.terms, resting)
             yield hypothesis.mistake(0.2 * aside), claims
+
+    def _claim_without(self, quantity: AskedQuantity) -> Iterator[tuple[Mistake, Claims]]:
+        """Yield the Hamiltonian as it is in momenta where a parameter is taken as zero."""
+        truth, series = self._truth, quantity.series[quantity.letters[0]]
+        T = Lagrange(truth.mechanism, truth.closed_form.algebra).T
+        momenta = list(map(T.diff, truth.velocities))
+        still = dict.fromkeys(truth.velocities, 0.0)
+        assert quantity.again is not None
+        for parameter in truth.mechanism.parameters:
+            zero = {parameter.symbol: np.zeros(truth.sample.count)}
+            claims: Claims = []
+            for states in ({}, quantity.again[1]):
+                # the rates that these momenta have there
+                p = truth.at(states).stack(momenta)
+                there = truth.at({**states, **zero, **still})
+                if not (np.abs(np.linalg.det(there.M)) > 0).all():
+                    break
+                v = np.linalg.solve(there.M, (p - there.stack(momenta))[..., None])[..., 0]
+                rates = dict(zip(truth.velocities, v.T, strict=True))
+                value = truth.at({**states, **zero, **rates})(series)
+                claims += self._claim(quantity, value, states)
+            if claims[1:]:
+                said = f"{parameter.symbol} is taken as zero"
+                said += f" ({parameter.meaning})" * bool(parameter.meaning)
+                yield Mistake("missing", said, "", 1.3), claims
+
+    def _claim_terms(
+        self,
+        quantity: AskedQuantity,
+        terms: EquationValues,
+        resting: Sequence[tuple[Array, Mapping[str, Array]]],
+    ) -> Claims:
+        """Return a quantity as T and V of these equations make it up."""
+        truth, sample = self._truth, self._truth.sample
+        kinetic, potential = _PARTS.get(quantity.name, (0, 0))
+        v = np.stack([sample.values[n] for n in truth.velocities], axis=-1)
+        dM, dV = terms.M - sample.M, terms.V - self._hypotheses.right.terms.V
+        more = kinetic * np.einsum("ni,nij,nj->n", v, dM, v) / 2 + potential * dV[0]
+        if quantity.velocity:
+            k = truth.velocities.index(quantity.velocity)
+            more = np.einsum("nj,nj->n", dM[:, k], v)
+        if quantity.name == "Hamiltonian":
+            # in momenta, T is p M⁻¹ p/2
+            p = np.einsum("nij,nj->ni", sample.M, v)
+            wrong_v = np.linalg.solve(terms.M, p[..., None])[..., 0]
+            more = np.einsum("ni,ni->n", p, wrong_v - v) / 2 + dV[0]
+        assert quantity.values is not None
+        claims = self._claim(quantity, quantity.values + more)
+        # with all at rest, the potential must be right, and its constant is open
+        for (values, states), change in zip(resting, dV, strict=False):
+            claims += self._claim(quantity, values + potential * change, states)
+        return claims
 
     def _claim_shares(
         self, quantity: AskedQuantity, kinetic: int, potential: int
@@ -269,16 +347,16 @@ class QuantityMistakes:
                 claims += self._claim(quantity, moved, quantity.again[1])
                 yield Mistake(kind, words.format(name), "", 0.95 + 0.1 * (factor > 0)), claims
 
-    def _at_rest(self, quantity: AskedQuantity) -> Iterator[tuple[Array, Mapping[str, Array]]]:
-        """Yield the quantity where velocities vanish, in the states and in the moved ones."""
-        assert quantity.again is not None
+    def _at_rest(self, quantity: AskedQuantity) -> list[tuple[Array, Mapping[str, Array]]]:
+        """Return the quantity where velocities vanish, in the states and in the moved ones."""
+        if quantity.again is None:
+            return []
         truth, sample = self._truth, self._truth.sample
         series = next(iter(quantity.series.values()))
         names = (*truth.velocities, *truth.accelerations, *quantity.more)
         still = dict.fromkeys(names, np.zeros(sample.count))
-        for moving in (sample.values, quantity.again[1]):
-            states = {**moving, **still}
-            yield truth.at(states)(series), states
+        states = [{**moving, **still} for moving in (sample.values, quantity.again[1])]
+        return [(truth.at(values)(series), values) for values in states]
 
     def _claim_frequencies(self, quantity: AskedQuantity) -> Iterator[tuple[Mistake, Claims]]:
         """Yield other measures of a frequency, and those that mistakes lead to."""
@@ -314,9 +392,32 @@ class QuantityMistakes:
             text = f"it is that of a point mass {m} on a spring {k} alone"
             yield text, np.sqrt(values[k] / values[m])
 
+    def _vary_held(self, position: Mapping[str, Array]) -> Iterator[tuple[Mistake, list[Array]]]:
+        """Yield the frequencies of a mechanism with constraints that lacks the mass of a part."""
+        truth, mechanism = self._truth, self._truth.mechanism
+        at = {name: position[name] for name in mechanism.coordinates if name in position}
+        pieces = list_pieces(mechanism) if len(mechanism.bodies) <= MOST_BODIES else []
+        for piece, massless in product(pieces, (True, False)):
+            lacking = replace(piece.shape, inertia=NO_INERTIA)
+            lacking = replace(lacking, mass=0.0) if massless else lacking
+            with stop_clock():
+                other = truth.change(piece.put(mechanism, lacking))
+                try:
+                    held = {**at, **equilibria_of(other).locate(at)}
+                    M, C, K, _ = linear_matrices(other, held)
+                except (InputError, MechanismError):
+                    continue
+            text = f"the mass of {piece.said} is missing"
+            if not massless:
+                text = f"the inertia of {piece.said} about its own center is missing"
+            yield Mistake("missing", text, "", 1.2), [*find_frequencies(M, C, K).T]
+
     def _frequencies(self, position: Mapping[str, Array]) -> Iterator[tuple[Mistake, list[Array]]]:
         """Yield the frequencies that mistakes lead to, those that differ from the right ones."""
         truth = self._truth
+        if truth.mechanism.constrained:
+            yield from self._vary_held(position)
+            return
         sides: list[Hypotheses] = []
         for velocity in truth.velocities:
             name = velocity.removesuffix("'")
@@ -429,6 +530,7 @@ class QuantityMistakes:
             if (np.abs(change) <= _ALIKE * (first.size + later.size)).all():
                 yield Mistake(kind, text, "", 0.5)
         yield from self._find_momentum(first.whole, lagrange)
+        yield from self._fit_numbers(root, written)
         for mistake, changed in mutate(root, written, self._units):
             spend()
             try:
@@ -440,6 +542,27 @@ class QuantityMistakes:
             # with loops lengths are the same in all states, and a power of one as good as a number
             if constant and values.size.any() and self._has_unit(changed):
                 yield mistake
+
+    def _fit_numbers(self, root: Node, written: str) -> Iterator[Mistake]:
+        """Yield the numbers in place of which another makes a quantity constant."""
+        truth = self._truth
+        moving = KnownLetters.of(truth.mechanism).rate_nodes
+        for node, put in _list_numbers(root):
+            spend()
+            try:
+                slopes = [rate(put(number(value)), moving) for value in (0, 1)]
+            except FormulaError:
+                return
+            off, one = (
+                FormulaTape(slope).evaluate(truth.sample.letters, truth.sample.count).whole
+                for slope in slopes
+            )
+            wanted = off / (off - one)
+            right = Fraction(float(wanted.mean())).limit_denominator(_SIMPLE)
+            alike = (np.abs(wanted - float(right)) <= _ALIKE * np.abs(wanted)).all()
+            part = node.quote(written)
+            if right and alike and part:
+                yield Mistake("factor", f"the number '{part}' should be {right}", part, 1.45)
 
     def _has_unit(self, formula: Node) -> bool:
         """Whether the units of all terms match."""
@@ -487,6 +610,12 @@ def _turn_letters(
     names: Sequence[str], turned: float, values: Mapping[str, Array]
 ) -> dict[str, Array]:
     return {name: values[name] + turned for name in names}
+
+
+def _differences(residual: Residual, claims: Claims) -> Array:
+    """Return by how much a formula is off where letters have these values, or its changes are."""
+    whole = [residual.evaluate(claim).whole for claim in claims]
+    return np.concatenate([a - b for a, b in pairwise(whole)] or whole)
 
 
 def _holds(residual: Residual, claims: Claims) -> bool:
@@ -538,6 +667,25 @@ def _other_measures(
         measure(1 / omega, letters),
     ):
         yield 0.8, "it is inverted", inverse
+
+
+_SIMPLE = 12
+"""Numbers of mechanics have a numerator and a denominator up to this."""
+
+
+def _list_numbers(node: Node) -> Iterator[tuple[Node, Callable[[Node], Node]]]:
+    """Yield the numbers that multiply in a formula, each with what puts another in its place."""
+    if node.kind == "number" or (node.kind == "quotient" and not node.letters):
+        yield node, lambda other: other
+        return
+    for k, child in enumerate(node.parts):
+        if node.kind in ("sum", "negative", "product") or (node.kind == "quotient" and not k):
+            for inner, put in _list_numbers(child):
+                yield inner, partial(_put_part, node, k, put)
+
+
+def _put_part(node: Node, k: int, put: Callable[[Node], Node], other: Node) -> Node:
+    return replace(node, parts=(*node.parts[:k], put(other), *node.parts[k + 1 :]))
 
 
 def mutate(

@@ -774,6 +774,19 @@ def find_lacking(residual: Residual, series: Mapping[str, Series]) -> Iterator[M
     yield from _compare_terms(truth, value, lacks)
 
 
+def _release(residual: Residual, series: Mapping[str, Series]) -> Residual:
+    """Return a formula in states whose velocities no constraint binds to each other."""
+    # bound to each other, they leave it open which terms of a quantity a formula lacks
+    random, sample = np.random.default_rng(0), residual.sample
+    free = {
+        name: sample.values[name] * random.uniform(0.5, 1.5, sample.count)
+        for name in residual.truth.velocities
+    }
+    values = {**sample.values, **free}
+    values |= {name: Evaluation(part.ring, values)(part) for name, part in series.items()}
+    return replace(residual, sample=replace(sample, values=values))
+
+
 def _say_terms(series: Series) -> str:
     said = outside = expression(series).text()
     while (less := _INNERMOST.sub("", outside)) != outside:
@@ -899,6 +912,8 @@ class Search:
         if np.count_nonzero(~right) > 1:
             of_all = np.asarray(holds.all(axis=1))
             common = self._list_likeliest(of_all, np.full(len(holds), _SEVERAL), 0)
+        if not right.all():
+            common += _list_in_time(self._fit_shares(residuals))
         moving = {*self._truth.mechanism.coordinates, *self._truth.velocities}
         moves = any(residual.root.letters & moving for residual in residuals)
         explained: list[tuple[Mistake, ...]] = []
@@ -976,7 +991,10 @@ class Search:
         """Return the single changes of parts that are written, and the parts that are not."""
         changes = _list_in_time(repairs(residual, self.context, text))
         written = [mistake for mistake in changes if mistake.part or mistake.kind == "time"]
-        return written + _list_in_time(find_lacking(residual, series))
+        lacking = _list_in_time(find_lacking(residual, series))
+        if not (written or lacking) and self._truth.mechanism.constrained:
+            lacking = _list_in_time(find_lacking(_release(residual, series), series))
+        return written + lacking
 
     @cached_property
     def _of_quantities(self) -> QuantityMistakes:
@@ -1001,18 +1019,22 @@ class Search:
         assert root is not None, "it is judged by its rate"
         mistakes = _list_in_time(self._of_quantities.explain_constant(root, text))
         constants, compared = list(self._of_quantities.list_constants()), list[Residual]()
+        lacking = list[Mistake]()
         divided = [divide_common([series], Kind.PARAMETER)[0] for series in constants]
         for series in dict.fromkeys([*constants, *divided]):
             known = {**truth.sample.values, _CONSTANT: truth.at({})(series)}
             less = tree.add(tree.letter(_CONSTANT), tree.negate(root))
             residual = Residual(formula.statement, less, truth, replace(truth.sample, values=known))
             once = self._mend_once(residual, {_CONSTANT: series}, text)
-            # with many factors every constant would be another one
             mistakes += [mistake for mistake in once if mistake.weight < _UNLIKELY]
+            lacking += [mistake for mistake in once if mistake.weight == _UNLIKELY]
             compared.append(residual)
         if not mistakes:
             twice = (mend_twice(residual, self.context, text) for residual in compared)
             mistakes += _list_in_time(chain.from_iterable(twice))
+        if not mistakes and lacking:
+            # with many factors every constant is another one: the one that lacks least
+            mistakes.append(min(lacking, key=lambda mistake: len(mistake.text)))
         try:
             slope = rate(root, self._letters.rate_nodes)
             line = Statement((slope, tree.number(0)), text, root.start)
@@ -1042,7 +1064,7 @@ class Search:
         if not known or right or not self._hypotheses.listed:
             return np.zeros((0, len(residuals)), dtype=bool)
         step = self._hypotheses.motions - self._truth.sample.motion
-        columns = []
+        columns, names = [], self._truth.multipliers
         for residual in residuals:
             slopes = residual.by_unknown
             moved = np.einsum("nv,hnv->hn", slopes, step)
@@ -1050,8 +1072,45 @@ class Search:
             # where all is zero, as in x'' = 0 of what falls, there is nothing to compare
             left = np.abs(residual.values.whole + moved) / np.where(size > 0, size, 1.0)
             left[:, ~residual.finite] = 0.0
-            columns.append((left <= _HOLDS).all(axis=1))
+            written = {k for k, n in enumerate(names) if n in residual.root.letters}
+            missing = [written.isdisjoint(h.released) for h in self._hypotheses.listed]
+            columns.append((left <= _HOLDS).all(axis=1) & missing)
         return np.stack(columns, axis=-1)
+
+    def _fit_shares(self, residuals: Sequence[Residual]) -> Iterator[Mistake]:
+        """Yield the properties of parts that a whole set of equations takes too large."""
+        sample, right = self._truth.sample, self._hypotheses.right.terms
+        if any(residual.sample is not sample for residual in residuals):
+            return
+        J = sample.slopes
+        n, m, nv = J.shape
+        held = any(r.root.letters & {*self._truth.multipliers} for r in residuals)
+        unknowns = nv + m * held
+        kept = np.pad(J, ((0, 0), (0, 0), (0, unknowns - nv)))
+        rows = np.stack([r.by_unknown[:, :unknowns] for r in residuals], axis=1)
+        whole = np.stack([r.values.whole for r in residuals], axis=1)
+        step = _solve(np.hstack([rows, kept]), np.hstack([-whole, np.zeros((n, m))]))
+        if step is None:
+            return
+        # what is left of each balance of forces; without multipliers, along the allowed motions
+        a, off = sample.a + step[:, :nv], np.einsum("nij,nj->ni", right.M, step[:, :nv])
+        size = np.einsum("nij,nj->ni", np.abs(right.M), np.abs(a)) + np.abs(right.rest)
+        size += np.einsum("nmi,nm->ni", np.abs(J), np.abs(sample.multipliers))
+        along = np.eye(nv) - np.linalg.pinv(J) @ J
+        if held:
+            off -= np.einsum("nmi,nm->ni", J, step[:, nv:])
+            along = np.broadcast_to(np.eye(nv), along.shape)
+        for share in self._hypotheses.shares:
+            spend()
+            acting = np.einsum("nij,nj->ni", share.terms.M, a) + share.terms.rest
+            given, part = (np.einsum("nij,nj->ni", along, force) for force in (off, acting))
+            more = -(given * part).sum(axis=1) / (part * part).sum(axis=1)
+            left = np.abs(given + more[:, None] * part)
+            allowed = ALIKE * (np.abs(given) + np.abs(part)) + _SAME_TERMS * size
+            agree = (left <= allowed).all() and _are_equal(more)
+            mistake = share.say(1 + float(more.mean())) if agree else None
+            if mistake is not None:
+                yield mistake
 
     def _find_other_terms(self, residual: Residual, text: str) -> Iterator[Mistake]:
         """Yield terms of an equation that stand in place of others of a row as it is derived."""
@@ -1117,6 +1176,27 @@ class Search:
             for h in np.flatnonzero(chosen)
         ]
         return sorted(mistakes, key=lambda mistake: mistake.weight)[:_MOST]
+
+
+def _solve(rows: Array, right: Array) -> Array | None:
+    """Return the solution (n, unknowns) of equations that agree and determine it, else None."""
+    size = np.linalg.norm(rows, axis=2)
+    size[size == 0] = 1.0
+    rows, right = rows / size[..., None], right / size
+    if not (
+        np.isfinite(rows).all() and np.isfinite(right).all() and rows.shape[1] >= rows.shape[2]
+    ):
+        return None
+    if np.linalg.svd(rows, compute_uv=False)[:, -1].min() < _SAME_TERMS:
+        return None
+    solution = np.einsum("nij,nj->ni", np.linalg.pinv(rows), right)
+    terms = rows * solution[:, None]
+    agree = np.abs(terms.sum(axis=2) - right) <= ALIKE * (np.abs(terms).sum(axis=2) + np.abs(right))
+    return solution if agree.all() else None
+
+
+def _are_equal(values: Array) -> bool:
+    return bool(np.ptp(values) <= ALIKE * np.abs(values).max())
 
 
 def _alike(given: Array, true: Array) -> bool:
