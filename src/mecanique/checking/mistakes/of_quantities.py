@@ -130,7 +130,7 @@ class QuantityMistakes:
                 return self._claim_terms(quantity, wrong, resting)
 
             # energies are linear in it
-            without, true = (_differences(residual, claim(factor)) for factor in (0.0, 1.0))
+            without, true = (_compare_claims(residual, claim(factor)) for factor in (0.0, 1.0))
             factors = without / (without - true)
             factors = factors[np.isfinite(factors)]
             if not len(factors) or np.ptp(factors) > _ALIKE * np.abs(factors).max():
@@ -392,7 +392,9 @@ class QuantityMistakes:
             text = f"it is that of a point mass {m} on a spring {k} alone"
             yield text, np.sqrt(values[k] / values[m])
 
-    def _vary_held(self, position: Mapping[str, Array]) -> Iterator[tuple[Mistake, list[Array]]]:
+    def _remove_masses(
+        self, position: Mapping[str, Array]
+    ) -> Iterator[tuple[Mistake, list[Array]]]:
         """Yield the frequencies of a mechanism with constraints that lacks the mass of a part."""
         truth, mechanism = self._truth, self._truth.mechanism
         at = {name: position[name] for name in mechanism.coordinates if name in position}
@@ -416,7 +418,7 @@ class QuantityMistakes:
         """Yield the frequencies that mistakes lead to, those that differ from the right ones."""
         truth = self._truth
         if truth.mechanism.constrained:
-            yield from self._vary_held(position)
+            yield from self._remove_masses(position)
             return
         sides: list[Hypotheses] = []
         for velocity in truth.velocities:
@@ -612,7 +614,7 @@ def _turn_letters(
     return {name: values[name] + turned for name in names}
 
 
-def _differences(residual: Residual, claims: Claims) -> Array:
+def _compare_claims(residual: Residual, claims: Claims) -> Array:
     """Return by how much a formula is off where letters have these values, or its changes are."""
     whole = [residual.evaluate(claim).whole for claim in claims]
     return np.concatenate([a - b for a, b in pairwise(whole)] or whole)
