@@ -28,10 +28,21 @@ from mecanique.model.expression import plain
 from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import JointSpring, Spring
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.parameters import Parameter
 from mecanique.model.random_positions import angles
 
 Reading: TypeAlias = "Callable[[Mapping[str, Array]], dict[str, Array]]"
 """What letters are taken for, by the letters."""
+
+
+ALIKE = 1e-6
+"""Two values in a state are equal if they differ by less than this part."""
+
+SIMPLE = 60
+"""Factors with a denominator up to this are written as fractions."""
+
+MOST_TIMES = 6
+"""Slips have factors with a numerator and a denominator up to this, or their squares."""
 
 
 @final
@@ -81,10 +92,10 @@ class Share:
 
     def say(self, factor: float) -> Mistake | None:
         """Return that the property is so many times too large, None if that is no simple number."""
-        ratio = Fraction(factor).limit_denominator(_MOST_TIMES**2)
-        root = Fraction(abs(factor) ** 0.5).limit_denominator(_MOST_TIMES)
-        simple = max(ratio.numerator, ratio.denominator) <= _MOST_TIMES or root * root == ratio
-        if ratio <= 0 or ratio == 1 or abs(factor / ratio - 1) > _EQUAL or not simple:
+        ratio = Fraction(factor).limit_denominator(MOST_TIMES**2)
+        root = Fraction(abs(factor) ** 0.5).limit_denominator(MOST_TIMES)
+        simple = max(ratio.numerator, ratio.denominator) <= MOST_TIMES or root * root == ratio
+        if ratio <= 0 or ratio == 1 or abs(factor / ratio - 1) > ALIKE or not simple:
             return None
         what, weight = f"{self.said} is {_say_times(ratio)} what it should be", 1.6
         if Fraction(1, 2) <= ratio <= 2 or (self.length and root * root == ratio):
@@ -426,7 +437,7 @@ def mistake_readings(right: RightEquations) -> Iterator[WrongDerivation]:
         yield WrongDerivation("time dependence", what, 1.4, right.reread(lambda _: start))
     parameters = [p for p in mechanism.parameters if p.symbol in used]
     for p in parameters:
-        what = f"{p.symbol} is taken as zero" + f" ({p.meaning})" * bool(p.meaning)
+        what = say_zero(p)
         terms = right.reread(partial(_stop, (p.symbol,)))
         yield WrongDerivation("missing", what, 1.65, terms)
     for first, second in permutations(parameters, 2):
@@ -440,6 +451,12 @@ def mistake_readings(right: RightEquations) -> Iterator[WrongDerivation]:
             what = f"{first.symbol} and {second.symbol} are exchanged throughout"
             terms = right.reread(partial(_rename_letters, one_way | both))
             yield WrongDerivation("letter", what, 1.5, terms)
+
+
+def say_zero(parameter: Parameter) -> str:
+    """Return that a parameter is taken as zero, in words."""
+    meaning = f" ({parameter.meaning})" if parameter.meaning else ""
+    return f"{parameter.symbol} is taken as zero{meaning}"
 
 
 def _rename_letters(names: Mapping[str, str], values: Mapping[str, Array]) -> dict[str, Array]:
@@ -718,13 +735,6 @@ def _piece(
 
 _ROUND = {"thin ring": 1.0, "thin disk": 0.5, "solid ball": 0.4}
 """Moments of inertia about their axes that are mistaken for each other, of m r²."""
-
-
-_MOST_TIMES = 6
-"""Slips have factors with a numerator and a denominator up to this, or their squares."""
-
-_EQUAL = 1e-6
-"""Factors are equal that differ by less than this part."""
 
 
 def list_shares(right: RightEquations) -> Iterator[Share]:

@@ -43,9 +43,11 @@ from mecanique.checking.judgement.quantities import (
 )
 from mecanique.checking.judgement.truth import SeriesValues, Truth
 from mecanique.checking.mistakes.hypotheses import (
+    ALIKE,
     MOST_BODIES,
     MULTIPLES,
     NO_INERTIA,
+    SIMPLE,
     EquationValues,
     Hypotheses,
     Reading,
@@ -53,6 +55,7 @@ from mecanique.checking.mistakes.hypotheses import (
     WrongDerivation,
     list_pieces,
     list_relative,
+    say_zero,
 )
 from mecanique.checking.mistakes.units import LetterUnits, UnitMisfitError
 from mecanique.checking.verdict import Mistake
@@ -61,9 +64,6 @@ from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import FormulaError, InputError, MechanismError
 from mecanique.model.random_positions import angles
-
-_ALIKE = 1e-6
-"""A wrong quantity is the one that was written if they differ by less than this part."""
 
 _STEP = 1e-5
 """A displacement from equilibrium, in radians or meters, at which restoring forces are taken."""
@@ -133,7 +133,7 @@ class QuantityMistakes:
             without, true = (_compare_claims(residual, claim(factor)) for factor in (0.0, 1.0))
             factors = without / (without - true)
             factors = factors[np.isfinite(factors)]
-            if not len(factors) or np.ptp(factors) > _ALIKE * np.abs(factors).max():
+            if not len(factors) or np.ptp(factors) > ALIKE * np.abs(factors).max():
                 continue
             mistake = share.say(float(factors.mean()))
             if mistake and _holds(residual, claim(float(factors.mean()))):
@@ -248,11 +248,11 @@ class QuantityMistakes:
         for text, weight, read, turn in self._list_readings():
             spend()
             M = turn.T @ self._truth.at(read(self._truth.sample.values)).M @ turn
-            if (np.abs(given - M) <= _ALIKE * (np.abs(given) + np.abs(M))).all():
+            if (np.abs(given - M) <= ALIKE * (np.abs(given) + np.abs(M))).all():
                 yield Mistake("angle", text, "", weight)
         for hypothesis in self._hypotheses.listed:
             M = hypothesis.terms.M
-            alike = (np.abs(given - M) <= _ALIKE * (np.abs(given) + np.abs(M))).all()
+            alike = (np.abs(given - M) <= ALIKE * (np.abs(given) + np.abs(M))).all()
             if alike and hypothesis.row < 0:
                 yield hypothesis.mistake()
 
@@ -296,9 +296,7 @@ class QuantityMistakes:
                 value = truth.at({**states, **zero, **rates})(series)
                 claims += self._claim(quantity, value, states)
             if claims[1:]:
-                said = f"{parameter.symbol} is taken as zero"
-                said += f" ({parameter.meaning})" * bool(parameter.meaning)
-                yield Mistake("missing", said, "", 1.3), claims
+                yield Mistake("missing", say_zero(parameter), "", 1.3), claims
 
     def _claim_terms(
         self,
@@ -442,7 +440,7 @@ class QuantityMistakes:
             wrong = [
                 omega
                 for omega, true in pairs
-                if not np.allclose(omega, true, rtol=_ALIKE, atol=0.0, equal_nan=True)
+                if not np.allclose(omega, true, rtol=ALIKE, atol=0.0, equal_nan=True)
             ]
             if wrong:
                 yield hypothesis.mistake(), wrong
@@ -529,7 +527,7 @@ class QuantityMistakes:
         ):
             here, there = (truth.at(values)(whole) for values in ({}, moved))
             change = (first.whole - later.whole) - (here - there)
-            if (np.abs(change) <= _ALIKE * (first.size + later.size)).all():
+            if (np.abs(change) <= ALIKE * (first.size + later.size)).all():
                 yield Mistake(kind, text, "", 0.5)
         yield from self._find_momentum(first.whole, lagrange)
         yield from self._fit_numbers(root, written)
@@ -560,8 +558,10 @@ class QuantityMistakes:
                 for slope in slopes
             )
             wanted = off / (off - one)
-            right = Fraction(float(wanted.mean())).limit_denominator(_SIMPLE)
-            alike = (np.abs(wanted - float(right)) <= _ALIKE * np.abs(wanted)).all()
+            if not np.isfinite(wanted).all():
+                continue
+            right = Fraction(float(wanted.mean())).limit_denominator(SIMPLE)
+            alike = (np.abs(wanted - float(right)) <= ALIKE * np.abs(wanted)).all()
             part = node.quote(written)
             if right and alike and part:
                 yield Mistake("factor", f"the number '{part}' should be {right}", part, 1.45)
@@ -578,7 +578,7 @@ class QuantityMistakes:
         """Yield that a quantity is a momentum, or a multiple of it, if it is."""
         for velocity in self._truth.velocities:
             ratio = given / self._truth.at({})(lagrange.T.diff(velocity))
-            if np.isfinite(ratio).all() and np.ptp(ratio) <= _ALIKE * np.abs(ratio).max():
+            if np.isfinite(ratio).all() and np.ptp(ratio) <= ALIKE * np.abs(ratio).max():
                 name = velocity.removesuffix("'")
                 text = (
                     f"it is the momentum of {name}: only momenta of coordinates that L does not "
@@ -628,14 +628,14 @@ def _holds(residual: Residual, claims: Claims) -> bool:
         for first, second in pairwise(tables)
     ]
     compared = [values[np.isfinite(values)] for values in relative or [tables[0].relative]]
-    return len(compared[0]) > 0 and all((values <= _ALIKE).all() for values in compared)
+    return len(compared[0]) > 0 and all((values <= ALIKE).all() for values in compared)
 
 
 def _holds_in_turn(residual: Residual, claims: Claims) -> bool:
     """Whether a formula holds in each state for one of several values, sorted by size."""
     off = np.fmin.reduce([residual.evaluate(claim).relative for claim in claims])
     off = off[np.isfinite(off)]
-    return len(off) > 0 and bool((off <= _ALIKE).all())
+    return len(off) > 0 and bool((off <= ALIKE).all())
 
 
 def _is_rounded(residual: Residual, claim: Mapping[str, Array]) -> bool:
@@ -669,10 +669,6 @@ def _other_measures(
         measure(1 / omega, letters),
     ):
         yield 0.8, "it is inverted", inverse
-
-
-_SIMPLE = 12
-"""Numbers of mechanics have a numerator and a denominator up to this."""
 
 
 def _list_numbers(node: Node) -> Iterator[tuple[Node, Callable[[Node], Node]]]:

@@ -27,7 +27,10 @@ from mecanique.checking.judgement.motion import Residual, combine_angles, residu
 from mecanique.checking.judgement.quantities import AskedQuantity, measure
 from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes.hypotheses import (
+    ALIKE,
+    MOST_TIMES,
     MULTIPLES,
+    SIMPLE,
     Hypotheses,
     WrongDerivation,
     list_parts,
@@ -144,13 +147,6 @@ class Context:
                 # a spin is the rate about the own axis and the share of another one
                 share = np.cos(values[angle]) * values[letter]
                 yield f"{name} + {letter} cos({angle})", values[name] + share
-
-
-ALIKE = 1e-6
-"""Two values in a state are equal if they differ by less than this part."""
-
-SIMPLE = 60
-"""Factors with a denominator up to this are written as fractions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -510,9 +506,9 @@ def repair_term(part: FormulaPart) -> Iterator[Mistake]:
 def _scale_by_factor(part: FormulaPart, shares: Array, names: Sequence[str]) -> Iterator[Mistake]:
     """Yield that a term lacks a factor or divisor times a number."""
     means = shares.mean(axis=1)
-    alike = (np.ptp(shares, axis=1) <= ALIKE * np.abs(means)) & (np.abs(means) <= _USUAL)
+    alike = (np.ptp(shares, axis=1) <= ALIKE * np.abs(means)) & (np.abs(means) <= MOST_TIMES)
     for place in np.flatnonzero(alike):
-        number = Fraction(float(means[place])).limit_denominator(_USUAL)
+        number = Fraction(float(means[place])).limit_denominator(MOST_TIMES)
         if number and abs(means[place] / float(number) - 1) < ALIKE:
             said = "factor" if place < len(names) else "divisor"
             number = number if place < len(names) else 1 / number
@@ -560,7 +556,7 @@ def _scale(part: FormulaPart, ratio: float) -> Iterator[Mistake]:
         yield Mistake("inverted", text, part.quoted, 1.35 if _is_ratio(numbers**2) else 1.6)
     elif close and factor > 0:
         # a product of two slips is no simple factor
-        weight = 1.4 if max(factor.numerator, factor.denominator) <= _USUAL else 2.3
+        weight = 1.4 if max(factor.numerator, factor.denominator) <= MOST_TIMES else 2.3
         text = {
             Fraction(2): f"the term '{part.quoted}' is half of what it should be",
             Fraction(1, 2): f"the term '{part.quoted}' is twice what it should be",
@@ -593,9 +589,6 @@ def _multiply_numbers(node: Node) -> float:
             return math.sqrt(_multiply_numbers(node.parts[0]))
     return 1.0
 
-
-_USUAL = 6
-"""Factors of slips have a numerator and a denominator up to this."""
 
 _TURNS = {
     "pi": math.pi,
@@ -1072,9 +1065,10 @@ class Search:
             # where all is zero, as in x'' = 0 of what falls, there is nothing to compare
             left = np.abs(residual.values.whole + moved) / np.where(size > 0, size, 1.0)
             left[:, ~residual.finite] = 0.0
-            written = {k for k, n in enumerate(names) if n in residual.root.letters}
-            missing = [written.isdisjoint(h.released) for h in self._hypotheses.listed]
-            columns.append((left <= _HOLDS).all(axis=1) & missing)
+            # a multiplier that is written is not left out
+            written = {k for k, name in enumerate(names) if name in residual.root.letters}
+            possible = [written.isdisjoint(h.released) for h in self._hypotheses.listed]
+            columns.append((left <= _HOLDS).all(axis=1) & possible)
         return np.stack(columns, axis=-1)
 
     def _fit_shares(self, residuals: Sequence[Residual]) -> Iterator[Mistake]:
