@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Literal, TypeAlias, TypeVar
@@ -50,3 +51,11 @@ def load_plugin(group: Group, name: str, kind: type[T]) -> T:
     if not isinstance(thing, kind):
         raise InputError(f"{said} is a {type(thing).__name__}, expected a {kind.__name__}")
     return thing
+
+
+def new_interpreter(statement: str) -> list[str]:
+    """Return the command that runs a statement in another interpreter with the packages of this.
+
+    By itself that would import what lies in the folder where it starts, which may be a stranger's.
+    """
+    return [sys.executable, "-c", f"import sys; sys.path[:] = sys.argv[1:]; {statement}", *sys.path]

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -13,6 +16,7 @@ import mecanique as mq
 from mecanique.cli import app
 from mecanique.urdf import read_urdf
 from mecanique.urdf.lint import lint
+from mecanique.urdf.reading import xacro
 
 pytest.importorskip("xacro")
 
@@ -259,3 +263,62 @@ def test_macros_without_end_are_refused(tmp_path: Path, inside: str, message: st
     file.write_text(f'<robot name="r" xmlns:xacro="{space}">{inside}</robot>', encoding="utf-8")
     with pytest.raises(mq.UrdfError, match=message):
         mq.read(file)
+
+
+@pytest.mark.parametrize(
+    ("inside", "message"),
+    [
+        ('<link name="${9**9**9**9}"/>', "xacro does not expand it within 2 s and 4 GiB of memory"),
+        ('<xacro:macro name="m" params="a:=%s\'"/>' % ("a" * 60), "within 2 s and 4 GiB"),
+        ('<link name="${max(range(10**12))}"/>', "within 2 s and 4 GiB of memory"),
+        ('<xacro:include filename="pipe"/>', "within 2 s and 4 GiB of memory"),
+        ("<link name=\"${xacro.load_yaml('merged.yaml')}\"/>", "within 2 s and 4 GiB of memory"),
+        ('<link name="${[0]*10**13}"/>', "it takes more than 4 GiB of memory"),
+        ("<link name=\"${'a'*10**8}\"/>", "expected at most 20,000,000 bytes"),
+    ],
+)
+def test_expressions_without_end_are_ended(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, inside: str, message: str
+) -> None:
+    """They stop neither for a signal nor for another thread, and the next file is read."""
+    monkeypatch.setattr(xacro, "_SECONDS", 2.0)
+    merged = [f"a{k}: &a{k}\n  <<: [*a{k - 1}, *a{k - 1}]\n" for k in range(1, 40)]
+    (tmp_path / "merged.yaml").write_text("a0: &a0 {x: 1}\n" + "".join(merged), encoding="utf-8")
+    if "pipe" in inside:
+        if os.name == "nt":
+            pytest.skip("Windows has no pipes with a path")
+        os.mkfifo(tmp_path / "pipe")
+    file, good = tmp_path / "robot.xacro", tmp_path / "good.xacro"
+    file.write_text(f"{HEAD}{inside}</robot>", encoding="utf-8")
+    good.write_text(f'{HEAD}<link name="a${{1 + 1}}"/></robot>', encoding="utf-8")
+    with ThreadPoolExecutor(1) as threads, pytest.raises(mq.UrdfError, match=message):
+        threads.submit(mq.read, file).result()
+    assert mq.read(good).bodies[0].name == "a2"
+
+
+def test_a_file_changes_nothing_for_the_next(tmp_path: Path) -> None:
+    file, good = tmp_path / "robot.xacro", tmp_path / "good.xacro"
+    file.write_text(f'{HEAD}<link name="${{str(math.update(pi=3))}}"/></robot>', encoding="utf-8")
+    good.write_text(f'{HEAD}<link name="a${{math.pi > 3}}"/></robot>', encoding="utf-8")
+    mq.read(file)
+    assert mq.read(good).bodies[0].name == "aTrue"
+
+
+def test_modules_in_the_folder_of_the_user_are_not_imported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A stranger's folder may hold a json.py or a xacro.py."""
+    for name in ("json", "xacro", "yaml", "random"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('imported')", encoding="utf-8")
+    file = tmp_path / "robot.xacro"
+    file.write_text(f'{HEAD}<link name="a${{1 + 1}}"/></robot>', encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(xacro, "_EXPANDER", xacro._Expander())
+    assert mq.read(file).bodies[0].name == "a2"
+    xacro._EXPANDER.close()
+    if find_spec("pydrake") is None:
+        return
+    from mecanique.reference.originals import drake
+
+    text = mq.write_urdf(mq.textbook.load("simple_pendulum")).encode()
+    assert drake.read(text, (0, 0, -9.81), {}, {}).others == ("simple_pendulum::pin",)

@@ -30,7 +30,7 @@ from mecanique.urdf.reading.document import Source, UrdfDocument, read_document
 from mecanique.urdf.reading.letters import with_armature, with_letters, with_properties
 from mecanique.urdf.reading.native_tags import in_coordinates
 from mecanique.urdf.reading.packages import PackagePath
-from mecanique.urdf.reading.xacro import Letters
+from mecanique.urdf.reading.xacro import Letters, choose
 from mecanique.urdf.toml_loops import with_loops
 
 GRAVITY = (0.0, 0.0, -9.81)
@@ -117,7 +117,8 @@ def read_urdf(
         raise InputError(f"expected the path of a URDF file or its text, got {path_or_text!r}")
     if root not in ("fixed", "floating"):
         raise InputError(f"expected 'fixed' or 'floating' for the root, got {root!r}")
-    document, report = read_document(path_or_text, package_path, arguments)
+    kept = {parameters} if isinstance(parameters, str) else set(parameters)
+    document, report = read_document(path_or_text, package_path, arguments, {} if kept else None)
     for name, value in (("damping", damping), ("strict", strict)):
         if not isinstance(value, bool):
             raise InputError(f"expected True or False for {name}, got {value!r}")
@@ -135,8 +136,7 @@ def read_urdf(
     )
     if loops is not None:
         mechanism = with_loops(mechanism, loops)
-    kept = {parameters} if isinstance(parameters, str) else set(parameters)
-    values, known = document.values.choose(kept) if kept else ({}, [])
+    values, known = choose(document.numbers, kept) if kept else ({}, [])
     if values:
 
         def read_with(letters: Letters) -> Mechanism:

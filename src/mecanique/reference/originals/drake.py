@@ -17,6 +17,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.model.joints import Planar
+from mecanique.plugins import new_interpreter
 from mecanique.reference.originals.original import (
     ByJoint,
     Chart,
@@ -55,7 +56,7 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
     held = form == "urdf" and free_root_of(text, v) is None
     carried = attributes_of(text, "child", "link") if held else None
     request = json.dumps({**asked, "carried": carried, "q": dict(q), "v": dict(v)})
-    command = [sys.executable, "-m", __name__]
+    command = new_interpreter(f"from {__name__} import answer_request; answer_request()")
     try:
         run = subprocess.run(
             command, input=request, capture_output=True, text=True, timeout=_SECONDS, check=False
@@ -174,7 +175,8 @@ class _Heard(logging.Handler):
         self.said.append(" ".join(record.getMessage().split()))
 
 
-if __name__ == "__main__":
+def answer_request() -> None:
+    """Answer the request on standard input, or say on standard error why not."""
     try:
         print(json.dumps(_answer(json.load(sys.stdin))))
     except (RuntimeError, ValueError) as error:

@@ -20,7 +20,7 @@ from mecanique.urdf.reading.fields import Passage
 from mecanique.urdf.reading.joints import JointText, Mimic, followers, read_joints
 from mecanique.urdf.reading.links import Pictures, UrdfLink, implied_world, read_links
 from mecanique.urdf.reading.packages import MeshSearch, PackagePath
-from mecanique.urdf.reading.xacro import Letters, XacroValues, expand
+from mecanique.urdf.reading.xacro import Letters, Numbers, XacroLines, expand
 
 
 def root_of(
@@ -111,7 +111,7 @@ class UrdfDocument:
     rotors: tuple[Spot, ...]  # the elements that give rotor inertias
     lost: tuple[Passage, ...]  # the meshes that were not found
     searched: str  # where packages were looked for, in words
-    values: XacroValues  # of a xacro file's arguments and properties; none of another's
+    numbers: Numbers  # of a xacro file's arguments and properties; none of another's
 
     @cached_property
     def tree(self) -> tuple[JointText, ...]:
@@ -135,13 +135,12 @@ def read_document(
     file = None if isinstance(source, str) and "<" in source else Path(source)
     report = Report(None if file is None else str(source))
     search = MeshSearch(file, package_path)
-    places = None
+    places: XacroLines | None = None
+    numbers: Numbers = {}
     data = source if file is None and isinstance(source, str) else _bytes(file, report)
-    values = XacroValues(arguments or {}, letters or {})
     named = file is not None and file.suffix.lower() == ".xacro"
     if file is not None and isinstance(data, bytes) and (named or _holds_macros(data)):
-        expanded = expand(file, values, search, report)
-        data, places = expanded if expanded is not None else (None, None)
+        data, places, numbers = expand(file, arguments or {}, letters, search, report)
         if not named and data is not None:
             report.add("M008", 1, "it holds xacro macros, and was expanded")
     elif arguments and data is not None:
@@ -152,7 +151,7 @@ def read_document(
     if data is None or robot is None or not _is_robot(robot, report):
         return None, report
     text = data.encode() if isinstance(data, str) else data
-    return _read_robot(robot, text, search, values, report), report
+    return _read_robot(robot, text, search, numbers, report), report
 
 
 def _holds_macros(data: bytes) -> bool:
@@ -177,7 +176,7 @@ def _is_robot(element: Element, report: Report) -> bool:
 
 
 def _read_robot(
-    robot: Element, text: bytes, search: MeshSearch, values: XacroValues, report: Report
+    robot: Element, text: bytes, search: MeshSearch, numbers: Numbers, report: Report
 ) -> UrdfDocument:
     """Return the contents of a robot, and report their faults."""
     if "name" not in robot.attributes:
@@ -208,7 +207,7 @@ def _read_robot(
         rotors=tuple(rotors),
         lost=tuple(pictures.lost),
         searched=search.searched,
-        values=values,
+        numbers=numbers,
     )
 
 

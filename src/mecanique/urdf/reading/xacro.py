@@ -1,31 +1,43 @@
 """Expand a xacro file with the library of that name (extra `xacro`).
 
 Its own search for packages is replaced by that of meshes: the folders given, ROS_PACKAGE_PATH,
-AMENT_PREFIX_PATH and the packages around the file.
+AMENT_PREFIX_PATH and the packages around the file. It works in a process of its own, which ends
+itself: the expressions of a file are Python's, and neither a signal nor a thread interrupts one.
 """
 
 from __future__ import annotations
 
+import atexit
+import faulthandler
 import math
+import os
+import pickle
 import re
+import subprocess
+import sys
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from importlib import import_module
 from itertools import count
 from pathlib import Path
+from threading import Lock
 from typing import Any, final
 from xml.dom import minidom
 
-from mecanique.errors import InputError, UnknownNameError
+from mecanique.errors import InputError, MecaniqueError, UnknownNameError
+from mecanique.plugins import new_interpreter
 from mecanique.urdf.findings import Report
 from mecanique.urdf.markup import Element
-from mecanique.urdf.parse import parse
+from mecanique.urdf.parse import MOST_BYTES, parse
 from mecanique.urdf.reading.packages import MeshSearch
 from mecanique.wording import say_count
 
 _MARK = "mecanique_place"
 _MOST_CALLS = 10_000
 """How often macros may be called: forty that call the next one twice are so 10¹² times."""
+_SECONDS, _GIBIBYTES = 60.0, 4
+"""In what time [s] and memory a file is expanded; Windows and macOS do not bound the memory."""
 _ARGUMENT = re.compile(r"\$\(arg\s+([^\s)]+)\s*\)")
 _UNKNOWN = re.compile(r"unknown macro name: (\S+)")
 _PARAMETERS = re.compile(r"(Undefined parameters|Invalid parameter) \W(\w+)")
@@ -182,15 +194,6 @@ class XacroValues:
         numbers = {name: _number(values) for name, values in texts.items()}
         return numbers | dict.fromkeys(self._redefined, "is defined more than once")
 
-    def choose(self, wanted: Collection[str]) -> tuple[dict[str, float], list[str]]:
-        """Return the values of those names that are the file's, and all that can be letters."""
-        by_name = self.numbers()
-        for name in sorted(wanted):
-            if isinstance(why := by_name.get(name), str):
-                raise InputError(f"{name!r} of the xacro file cannot be a letter: it {why}")
-        numbers = {name: value for name, value in by_name.items() if isinstance(value, float)}
-        return {name: numbers[name] for name in sorted(wanted & numbers.keys())}, sorted(numbers)
-
 
 @final
 class _Asked(dict[str, str]):
@@ -232,7 +235,128 @@ def _read(value: object) -> float | None:
     return number if math.isfinite(number) else None
 
 
+@final
+class _Expander:
+    """A process that expands one file after the other, as long as each ends."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._owner = 0
+
+    def ask(self, *request: object) -> Any:
+        """Return the answer to a request; raise an EOFError if the process ends instead."""
+        with self._lock:
+            if self._process is None or self._owner != os.getpid():  # one of before a fork
+                command = new_interpreter("from mecanique.urdf.reading.xacro import serve; serve()")
+                pipe = subprocess.PIPE
+                self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe)
+                self._owner = os.getpid()
+            process = self._process
+            assert process.stdin, "it is a pipe"
+            assert process.stdout, "it is a pipe"
+            try:
+                pickle.dump(request, process.stdin)
+                process.stdin.flush()
+                return pickle.load(process.stdout)
+            except BaseException:  # an answer that comes later would be another's
+                process.kill()
+                self.close()
+                raise
+
+    def close(self) -> None:
+        """End the process."""
+        process, self._process = self._process, None
+        if process is not None and self._owner == os.getpid():
+            with suppress(OSError), process:
+                pass
+
+
+_EXPANDER = _Expander()
+atexit.register(_EXPANDER.close)
+
+
+def serve() -> None:
+    """Expand the files that standard input asks for."""
+    answers, sys.stdout = sys.stdout.buffer, sys.stderr
+    with suppress(ImportError, ValueError, OSError):  # Windows has no such module
+        bounds: Any = import_module("resource")
+        whole = bounds.getrlimit(bounds.RLIMIT_AS)[1]
+        bounds.setrlimit(bounds.RLIMIT_AS, (_GIBIBYTES * 2**30, whole))
+    with suppress(EOFError, KeyboardInterrupt), open(os.devnull, "w", encoding="utf-8") as nowhere:
+        while True:
+            seconds, *request = pickle.load(sys.stdin.buffer)
+            faulthandler.dump_traceback_later(seconds, exit=True, file=nowhere)
+            answer = _answer(*request)
+            faulthandler.cancel_dump_traceback_later()
+            pickle.dump(answer, answers)
+            answers.flush()
+
+
+def _answer(
+    folder: str,
+    environment: Mapping[str, str],
+    name: str,
+    given: Mapping[str, str],
+    letters: Letters | None,
+    search: MeshSearch,
+) -> object:
+    """Return what `expand` asks for: text, places, numbers and findings; or what to raise."""
+    os.chdir(folder)
+    os.environ.clear()
+    os.environ.update(environment)
+    report, values = Report(name), XacroValues(given, letters or {})
+    try:
+        text, places = _expand(Path(name), values, search, report) or (None, None)
+        numbers = {} if text is None or letters is None else values.numbers()
+        return text, places, numbers, report.findings
+    except MecaniqueError as error:
+        return error
+
+
+Numbers = Mapping[str, float | str]
+"""The number of each argument and property, or in words why it has none."""
+
+
 def expand(
+    file: Path,
+    arguments: Mapping[str, str],
+    letters: Letters | None,
+    search: MeshSearch,
+    report: Report,
+) -> tuple[bytes | None, XacroLines | None, Numbers]:
+    """Return a xacro file as URDF, its elements' places and, for letters, its numbers.
+
+    What is impossible is reported.
+    """
+    place = os.getcwd(), dict(os.environ), str(file)
+    try:
+        answer = _EXPANDER.ask(_SECONDS, *place, dict(arguments), letters, search)
+    except (EOFError, BrokenPipeError):
+        said = f"xacro does not expand it within {_SECONDS:g} s and {_GIBIBYTES} GiB of memory"
+        remedy = "Its expressions are programs; mend what runs so long."
+        report.add("M006", 1, said, remedy)
+        return None, None, {}
+    except OSError as error:
+        report.add("M006", 1, f"xacro needs a process of its own: {error.strerror or error}")
+        return None, None, {}
+    if isinstance(answer, MecaniqueError):
+        raise answer
+    text, places, numbers, findings = answer
+    report.findings += findings
+    return text, places, numbers
+
+
+def choose(numbers: Numbers, wanted: Collection[str]) -> tuple[dict[str, float], list[str]]:
+    """Return the values of those names that are the file's, and all that can be letters."""
+    for name in sorted(wanted):
+        if isinstance(why := numbers.get(name), str):
+            raise InputError(f"{name!r} of the xacro file cannot be a letter: it {why}")
+    known = {name: value for name, value in numbers.items() if isinstance(value, float)}
+    return {name: known[name] for name in sorted(wanted & known.keys())}, sorted(known)
+
+
+def _expand(
     file: Path, values: XacroValues, search: MeshSearch, report: Report
 ) -> tuple[bytes, XacroLines] | None:
     """Return a xacro file as URDF and its elements' places; None if impossible, as reported."""
@@ -291,15 +415,18 @@ def expand(
     xacro.eval_text, xacro.handle_macro_call = evaluate, expand_one
     try:
         xacro.init_stacks(str(file))
+        xacro._global_symbols = xacro.create_global_symbols()  # a file may have changed them
         document = xacro.parse(None, str(file))
         xacro.process_doc(document, mappings=values.arguments)
         places.take(document)
-        text = bytes(document.toprettyxml(indent="  ", encoding="utf-8"))
+        text = bytes(document.toprettyxml(indent="  ", encoding="utf-8")[: MOST_BYTES + 1])
     except Exception as error:
         # the library evaluates what stands in the file, and lets any error through
         said = " ".join(str(error).split()).rstrip(".") or type(error).__name__
         if isinstance(error, RecursionError):
             said = "a macro or a file asks for itself"
+        elif isinstance(getattr(error, "exc", None) or error, MemoryError):
+            said = f"it takes more than {_GIBIBYTES} GiB of memory"
         remedy = "Mend it, or give its arguments (--arg NAME=VALUE)."
         name, line = places.written.get(last[0], (str(file), 1))
         callers = [m.body.getAttribute("name") for m in getattr(error, "macros", ())]
