@@ -310,8 +310,12 @@ def test_files_named_in_included_files_stand_beside_the_main_or_the_included_one
         (model("", '<equality><weld body1="a"/></equality>'), "names a body that is not there"),
         (model("", '<equality><weld site1="a"/></equality>'), "names a site that is not there"),
         (
-            model('<body><joint axis="1e200 1e200 1e200"/></body>'),
-            "a number is too large",
+            model('<body>\n<joint axis="1e200 1e200 1e200"/></body>'),
+            "line 2: expected 3 finite numbers for axis of <joint> of at most 1e+50",
+        ),
+        (
+            model('<body><geom size="1" mass="-1e308"/></body>'),
+            "expected 1 finite number for mass of <geom> of at most 1e+50, got '-1e308'",
         ),
         (
             model("", '<compiler eulerseq="xy"/>'),

@@ -363,6 +363,14 @@ def test_commands_take_it_and_say_what_is_left_out(tmp_path: Path) -> None:
             model(A + '<frame name="f" attached_to="g"/>'),
             "there is no link, frame or joint 'g' here",
         ),
+        (
+            model(link("a", "<inertial><mass>1e308</mass></inertial>")),
+            "expected 1 finite number in <mass> of at most 1e+50, got '1e308'",
+        ),
+        (
+            model(link("a", "<inertial><mass>inf</mass></inertial>")),
+            "expected 1 finite number in <mass>, got 'inf'",
+        ),
         (model(link("a", "<pose>0 0 1</pose>")), "expected 6 finite numbers in <pose>"),
         (model(link("a", "<pose>0 0 x 0 0 0</pose>")), "expected 6 finite numbers in <pose>"),
         (

@@ -392,7 +392,22 @@ def test_files_that_are_something_else_are_called_so(tmp_path: Path, text: str, 
     path.write_bytes(text.encode("latin-1"))
     (finding,) = lint(path)
     assert finding.code == "M005"
+    assert finding.why == "It describes no robot."  # nor MJCF or SDF, for which it is asked for
     assert finding.message.startswith(said)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("<mujocoinclude/>", "this is a part of MJCF; name the file that includes it"),
+        ("<gazebo/>", "this is SDF before 1.3, which is not read"),
+        ("<launch/>", "got <launch>. Name a file whose outermost element is <robot>, or in other"),
+        ('<!DOCTYPE m [<!ENTITY a "b">]><mujoco/>', "no description needs one"),
+    ],
+)
+def test_what_describes_no_robot_is_told_in_words_of_all_formats(text: str, said: str) -> None:
+    with pytest.raises(mq.UrdfError, match=re.escape(said)):
+        mq.read(text)
 
 
 def test_mass_at_the_origin_with_inertia_about_elsewhere() -> None:

@@ -12,6 +12,7 @@ import math
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias, final
@@ -276,10 +277,16 @@ class _Reader(Source):
         return np.array(numbers)
 
     def _number_in(self, element: Element | None, tag: str, default: float) -> float:
-        child = element.child(tag) if element is not None else None
-        if child is not None and child.text.strip().lower() in ("inf", "-inf"):
-            return float(child.text)
         return float(self._numbers_in(element, tag, (default,))[0])
+
+    def _limit_in(self, limits: Element | None, tag: str, default: float) -> float:
+        """Return a bound, or the default where it stands for none."""
+        child = limits.child(tag) if limits is not None else None
+        with suppress(ValueError):
+            if child is not None and abs(float(child.text)) >= _UNBOUNDED:
+                return default
+        value = self._number_in(limits, tag, default) if child is not None else default
+        return default if value < 0 and tag in ("effort", "velocity") else value
 
     def _is_true(self, element: Element, tag: str, default: bool) -> bool:
         child = element.child(tag)
@@ -754,12 +761,7 @@ class _Reader(Source):
         x, y, z = self._direction(joint, axis).tolist()
         bounds = axis.child("limit")
         names = {"lower": -math.inf, "upper": math.inf, "effort": math.inf, "velocity": math.inf}
-        values = {}
-        for limit, default in names.items():
-            value = self._number_in(bounds, limit, default)
-            unlimited = abs(value) >= _UNBOUNDED
-            unlimited = unlimited or (limit in ("effort", "velocity") and value < 0)
-            values[limit] = default if unlimited else value
+        values = {limit: self._limit_in(bounds, limit, names[limit]) for limit in names}
         rotor = self._number_in(element, "drake:rotor_inertia", 0.0)
         gear = self._number_in(element, "drake:gear_ratio", 1.0)
         armature = gear**2 * rotor if values["effort"] else 0.0

@@ -41,6 +41,7 @@ from mecanique.urdf.markup import Element
 from mecanique.urdf.names import Names
 from mecanique.urdf.parse import MOST_BYTES, parse
 from mecanique.urdf.reading.expressions import rename
+from mecanique.urdf.reading.fields import LARGEST
 
 GROUND = "world"
 MOST_FILES = 100
@@ -162,13 +163,14 @@ class Source:
             raise self.refuse(element, f"more than {MOST_ELEMENTS:,} elements")
 
     def split(self, element: Element, text: str, wanted: str) -> list[float]:
-        """Return the finite numbers of a text; the refusal of others begins with what is wanted."""
+        """Return the numbers of a text; the refusal of others begins with what is wanted."""
         try:
             values = [float(word) for word in text.split()]
         except ValueError:
             values = [math.nan]
-        if not all(map(math.isfinite, values)):
-            raise self.refuse(element, f"{wanted}, got {text[:60]!r}")
+        if not all(abs(value) <= LARGEST for value in values):
+            most = f" of at most {LARGEST:g}" if all(map(math.isfinite, values)) else ""
+            raise self.refuse(element, f"{wanted}{most}, got {text[:60]!r}")
         return values
 
     def resist(

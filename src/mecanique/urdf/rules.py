@@ -42,7 +42,7 @@ _TABLE = """
 
 M001 unreadable-file error
     Nothing can be read from it.
-    > Give the path of a URDF file, or its text.
+    > Give the path of a robot's description, or its text.
 
 M002 malformed-xml error
     No XML reader can go on from there.
@@ -50,15 +50,15 @@ M002 malformed-xml error
 
 M003 document-type error
     Entities make a text grow without bound or read other files.
-    > Remove the <!DOCTYPE …>; a URDF needs none.
+    > Remove the <!DOCTYPE …>; no description needs one.
 
 M004 too-large error
     It would fill the memory.
     > Split the robot, or remove what does not describe it.
 
 M005 not-a-robot error
-    It is no URDF.
-    > Put everything into one <robot name=…> element.
+    It describes no robot.
+    > Name a file whose outermost element is <robot>, or in other formats <mujoco> or <sdf>.
 
 M006 unexpanded-xacro error
     Macros and ${…} are no numbers; engines drop or zero what they cannot read.

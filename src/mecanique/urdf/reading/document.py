@@ -90,6 +90,8 @@ Source = str | os.PathLike[str]
 _FORMATS = {
     "sdf": ": this is SDF, Gazebo's format; `mecanique.read` reads it",
     "mujoco": ": this is MJCF, MuJoCo's own format; `mecanique.read` reads it",
+    "mujocoinclude": ": this is a part of MJCF; name the file that includes it",
+    "gazebo": ": this is SDF before 1.3, which is not read",
     "COLLADA": ": this is a mesh, not a robot",
 }
 """What other outermost elements say a file is."""
