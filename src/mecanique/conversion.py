@@ -15,6 +15,7 @@ from mecanique.formats.mjcf import read_mjcf, write_mjcf
 from mecanique.formats.scope import (
     SCOPES,
     Form,
+    ground_free_joints,
     leave_out,
     list_balls,
     list_lengths,
@@ -26,6 +27,7 @@ from mecanique.formats.sdf import name_in_sdf, read_sdf, write_sdf
 from mecanique.model import Coordinates, Floating, Joint, Limits, Mechanism, Spring
 from mecanique.model.joint_base import Elementary, Single
 from mecanique.model.mechanism.origin import Origin
+from mecanique.model.placement import Placement
 from mecanique.model.random_positions import draw_positions
 from mecanique.reference import Reference
 from mecanique.urdf.dialect import UNBOUNDED
@@ -149,6 +151,7 @@ def convert(
     joints = mechanism.joints
     mechanism = weld_constants(mechanism, form)
     welded = sum(a is not b for a, b in zip(joints, mechanism.joints, strict=True))
+    mechanism = ground_free_joints(mechanism, form)
     lost = list_losses(mechanism, form)
     mechanism = leave_out(mechanism, form)
     text = _WRITERS[form](mechanism)
@@ -187,6 +190,12 @@ def _difference(
     mechanism: Mechanism, result: Mechanism, states: int, seed: int, form: Form, *, whole: bool
 ) -> float:
     """Return the largest relative difference of the trees' matrices and inverse dynamics."""
+    if form != "URDF":  # in which free bodies count from where they start
+        counted = (
+            replace(joint, origin=Placement()) if isinstance(joint, Floating) else joint
+            for joint in mechanism.joints
+        )
+        mechanism = replace(mechanism, joints=tuple(counted))
     steps = axial_steps(mechanism)
     laws = [
         law_of_follower(mechanism, steps, name, SCOPES[form].degree)

@@ -324,10 +324,10 @@ def test_springs_loops_and_mimics_are_written() -> None:
 
 
 def test_a_result_that_is_not_read_again_is_told_from_the_source() -> None:
-    stiff = ARM.replace("<damping>0.3<", "<damping>5e80<")
+    stiff = replace(mq.read(ARM), forces=(mq.JointDamper("d", "q", 5e80),))
     said = "what was written is not read as URDF, so nothing is proved; .*damping of <dynamics>"
     with pytest.raises(mq.InputError, match=said):
-        mq.convert(mq.read(stiff), "URDF")
+        mq.convert(stiff, "URDF")
 
 
 def test_what_is_lost_is_listed() -> None:
@@ -446,3 +446,26 @@ def test_a_length_that_differs_is_not_proved(monkeypatch: pytest.MonkeyPatch) ->
     written = mq.write_urdf(wrong)
     monkeypatch.setitem(room._WRITERS, "URDF", lambda _: written)
     assert mq.convert(right, "URDF", states=3).worst > 1e-3
+
+
+@pytest.mark.parametrize("form", ["MJCF", "SDF"])
+@pytest.mark.parametrize("welded", [False, True])
+@pytest.mark.parametrize("xyz", [(0.0, 0.0, 0.0), (1.0, 2.0, 3.0)])
+def test_a_body_free_above_what_is_welded_is_free_in_the_world(
+    form: Form, welded: bool, xyz: tuple[float, float, float]
+) -> None:
+    """Both formats count from the world; MuJoCo refuses a free joint inside of another body."""
+    place = mq.Placement(xyz, xyz)
+    bodies = (mq.Body("world"), mq.Body("base"), mq.Body("top", mq.box(2.0, (0.1, 0.2, 0.3))))
+    joints: tuple[mq.Joint, ...] = (
+        mq.Fixed("weld", "world", "base", origin=place),
+        mq.Floating("top", "base", "top"),  # called as its link
+    )
+    if not welded:
+        bodies, joints = (bodies[0], bodies[2]), (mq.Floating("top", "world", "top", origin=place),)
+    conversion = mq.convert(
+        mq.Mechanism("spinning", bodies, joints, ground="world"), form, states=5
+    )
+    counted = ("joint top: its coordinates count from the world's frame",)
+    assert conversion.lost == (counted if any(xyz) else ())
+    assert conversion.proved

@@ -21,7 +21,7 @@ from mecanique.model.forces import Damper, Force, JointDamper, JointSpring, Spri
 from mecanique.model.joint_base import Single
 from mecanique.model.joints import Fixed, Floating, Joint, Planar, Prismatic, Revolute, Spherical
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import turn_about
+from mecanique.model.placement import Placement, turn_about
 from mecanique.urdf.dialect import UNBOUNDED
 from mecanique.urdf.write import axial_steps, law_of_follower
 from mecanique.wording import say_count
@@ -146,10 +146,8 @@ def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
             continue
         if isinstance(joint, scope.joints):
             yield f"joint {joint.name}: {form} has none of the kind {type(joint).__name__!r}"
-        if isinstance(joint, Floating) and form != "URDF":
-            placed = any(mechanism.evaluate_all((*joint.origin.xyz, *joint.origin.rpy)))
-            if placed or joint.parent != mechanism.ground:
-                yield f"joint {joint.name}: free joints start at the world's frame"
+        if isinstance(joint, Floating) and form != "URDF" and joint.parent != mechanism.ground:
+            yield f"joint {joint.name}: free joints start at the world's frame"
         if form == "SDF" and _idles(mechanism, joint):
             yield f"joint {joint.name}: without effort it has no rotor in SDF"
         body = mechanism.body(joint.child)
@@ -176,6 +174,8 @@ def list_omissions(mechanism: Mechanism, form: Form) -> tuple[str, ...]:
     massless = say_count(light, "body", "bodies")
     more = f"{massless} without mass: {form} has none, each has {THICKENED:g} kg and kg·m² more"
     told = (more,) if light else ()
+    placed = (j for j in mechanism.joints if isinstance(j, Floating) and j.origin != Placement())
+    told += tuple(f"joint {j.name}: its coordinates count from the world's frame" for j in placed)
     if form == "SDF":
         return told
     bounds = [joint.limits for joint in mechanism.joints if isinstance(joint, Single)]
@@ -296,6 +296,22 @@ def weld_constants(mechanism: Mechanism, form: Form) -> Mechanism:
         forces=tuple(f for f in mechanism.forces if getattr(f, "joint", "") not in held),
         coordinates=replace(mechanism.coordinates, map=laws),
     )
+
+
+def ground_free_joints(mechanism: Mechanism, form: Form) -> Mechanism:
+    """Return a mechanism whose free joints start at the ground, not at what is welded to it."""
+    held = {mechanism.ground}
+    for joint in mechanism.tree if form != "URDF" else ():
+        if isinstance(joint, Fixed) and joint.parent in held:
+            held.add(joint.child)
+    above = held - {mechanism.ground}
+    joints = [
+        replace(j, parent=mechanism.ground, origin=placement_at(mechanism.home_poses[j.child]))
+        if isinstance(j, Floating) and j.parent in above
+        else j
+        for j in mechanism.joints
+    ]
+    return replace(mechanism, joints=tuple(joints))
 
 
 def tendon_factors(mechanism: Mechanism, name: str) -> dict[str, float] | None:

@@ -920,10 +920,11 @@ class _Writer:
         self._axial = axial_steps(mechanism)
         self._bodies = {body.name: body for body in mechanism.bodies}
         # links and joints share their names' room in SDF; joints keep theirs
-        names = Names(step.name for chain in self._steps.values() for step in chain)
+        steps = [step for chain in self._steps.values() for step in chain]
+        names = Names(step.name for step in steps if step.kind != "floating")
         for loop in mechanism.loops:
             names.free(loop.name)
-        carried = (step.child for chain in self._steps.values() for step in chain)
+        carried = (step.child for step in steps)
         self._names = {body: names.free(body) for body in dict.fromkeys((*self._bodies, *carried))}
         ground = self._bodies[mechanism.ground]
         self._stands = ground.name != WORLD and not is_empty(mechanism, ground)
