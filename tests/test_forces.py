@@ -82,8 +82,8 @@ def test_a_root_in_a_length_is_the_length_only_where_nothing_is_added_to_it() ->
     rho, other = (sqrt(x**2 + (k * h) ** 2, name=f"rho{k}") for k in (1, 2))
     lengths = {"spring": rho, "band": other + h, "cord": rho, "bar": x, "rod": h * sqrt(1 + x**2)}
     assert length_names(ring, lengths.items()) == {
-        "rho1": "length of spring and cord [m]",
-        "rho2": "root in the length of band",
+        "rho1": "length of the spring and the cord [m]",
+        "rho2": "root in the length of the band",
     }
     twice = [("spring", rho), ("band", 2 * rho)]
     for told in (twice, twice[::-1]):
@@ -98,6 +98,6 @@ def test_a_length_that_is_no_root_is_taken_as_positive_if_it_can_change_its_sign
     x, l = ring.coordinate("x"), ring.parameter("l")
     for length in (x + l, sqrt(ring.number(2)) * (x + l)):
         (taken,) = assume_length("spring", length)
-        assert (taken.subject, taken.positive) == ("the length of spring", length)
+        assert (taken.subject, taken.positive) == ("the length of the spring", length)
     assert not assume_length("spring", l)
     assert not assume_length("spring", sqrt(x**2 + l**2))

@@ -104,7 +104,7 @@ def test_newton_and_euler_show_their_reactions() -> None:
     assert "<h4>Reactions</h4>" in html
     reaction = next(step for step in equations.steps if step.title == "Reactions").results[0]
     assert reaction._repr_html_() in html
-    assert "force that ground exerts on rod in pin, towards pin" in html
+    assert "force that the ground exerts on the rod in the pin, towards the pin" in html
     assert "<h4>Reactions</h4>" not in mq.derive(pendulum)._repr_html_()
 
 

@@ -108,7 +108,7 @@ def test_duffing_by_its_potential() -> None:
     equations = mq.derive(duffing())
     assert str(equations) == "x'' + k x/m + b x^3/m = 0"
     text = equations.text(steps=True)
-    assert "The potential V of well is given." in text
+    assert "The potential V of the well is given." in text
     assert "V = k x^2/2 + b x^4/4" in text
     assert "E = m x'^2/2 + k x^2/2 + b x^4/4" in text
 

@@ -100,7 +100,7 @@ def test_the_list_says_what_coordinates_are_and_sets_no_initials_as_letters() ->
     written = write_recursion(derive(textbook.load("whipple_bicycle")))
     latex, page = written.latex(), written.mathml()
     assert (
-        "\\item[{\\normalfont $\\text{yaw}$}] angle of frame from the $x$ axis, positive towards"
+        "\\item[{\\normalfont $\\text{yaw}$}] angle of the frame from the $x$ axis, positive"
         in latex
     )
     assert "generalized velocity" not in latex

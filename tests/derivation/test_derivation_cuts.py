@@ -53,7 +53,9 @@ def test_a_heavy_top_has_eulers_equations_in_nodal_axes() -> None:
         "3 m r^2 cos(theta) phi''/10 + 3 m r^2 psi''/10 - 3 m r^2 sin(theta) phi' theta'/10 = 0",
     ):
         assert line in lines
-    assert "the axes of tilted, which do not spin with top: it is symmetric" in said_in("heavy_top")
+    assert "the axes of the tilted, which do not spin with the top: it is symmetric" in said_in(
+        "heavy_top"
+    )
 
 
 def test_bodies_without_mass_are_joined_to_one_joint() -> None:
@@ -62,8 +64,8 @@ def test_bodies_without_mass_are_joined_to_one_joint() -> None:
     for method in (NEWTON_EULER, VIRTUAL_WORK):
         said = said_in("heavy_top", method)
         assert (
-            "precessing and tilted have no mass, and nothing else acts there: the joints phi, "
-            "theta and psi together join top to ground."
+            "The bodies precessing and tilted have no mass, and nothing else acts on them: the "
+            "joints phi, theta and psi together join the top to the ground."
         ) in said
         assert "Free body tilted" not in said
         assert "Equilibrium of tilted" not in said

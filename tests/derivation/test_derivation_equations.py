@@ -114,7 +114,7 @@ def test_latex_in_notebooks() -> None:
 def test_a_named_root_comes_with_its_definition() -> None:
     equations = derive_system("coupled_pendulums")
     radicand = "d^2 + 2 a^2 + 2 d a sin(q2) - 2 d a sin(q1) - 2 a^2 cos(q1 - q2)"
-    assert f"length of spring [m], rho = sqrt({radicand})" in equations.text(steps=True)
+    assert f"length of the spring [m], rho = sqrt({radicand})" in equations.text(steps=True)
     assert r"\rho &= \sqrt{d^{2} + 2 a^{2}" in equations.latex(steps=True)
 
 

@@ -56,7 +56,7 @@ def test_what_only_renames_is_not_listed() -> None:
 
 def test_the_angular_momentum_stands_before_its_rate() -> None:
     said, lines = step(derive_system("double_pendulum", "newton_euler"), "Free body rod1: moments")
-    assert "larger by m d² than about the center of mass, in the distance d (Steiner)" in said
+    assert "by the mass times the square of the distance of the two (Steiner)" in said
     assert lines[0] == "H_rod1 = m1 l1^2 q1'/3"  # in the sense of q1, about -y
     assert lines[1].startswith("m1 l1^2 q1''/3 = ")
 
@@ -106,7 +106,7 @@ def in_a_line(formula: re.Match[str]) -> str:
 def test_attraction_has_a_potential() -> None:
     equations = derive_system("kepler_orbit")
     said, lines = step(equations, "Potential energy")
-    assert "The potential V of attraction is given." in said
+    assert "The potential V of the attraction is given." in said
     assert lines == ["V = -m mu/r"]
     assert step(equations, "Energy integral")[1] == ["E = m r^2 phi'^2/2 + m r'^2/2 - m mu/r"]
 
@@ -322,7 +322,7 @@ def hammer(*shapes: mq.Shape, loads: tuple[mq.JointForce, ...] = ()) -> mq.Mecha
             "hammer is made of a slender rod and a particle: its moments are the sums",
             0.2,
         ),
-        ([mq.Shape(1.0, inertia=(1, 2, 2, 0, 0, 0))], "The moments of hammer are given.", 2.0),
+        ([mq.Shape(1.0, inertia=(1, 2, 2, 0, 0, 0))], "The moments of the hammer are given.", 2.0),
     ],
 )
 def test_a_derivation_says_of_which_parts_a_moment_is_the_sum(

@@ -140,8 +140,17 @@ def test_the_letters_before_a_wide_sum_stay_over_its_denominator() -> None:
     inner = " + ".join(f"m_{{{k}}} l_{{{k}}}^{{2}}" for k in range(20))
     rows = align([f"x = \\frac{{3 m ({inner})}}{{20}} \\ddot{{q}}"])
     assert rows.startswith("x &= \\frac{3 m}{20} \\Bigl(m_{0}")
+    wide = "4 (m_{1} + 3 m_{2}) - 9 m_{2} \\cos^{2}(q_{1} - q_{2})"
+    (row, *_) = align([f"x = \\frac{{3 m ({inner})}}{{2 l ({wide})}}"]).split(" \\\\\n")
+    assert row.startswith(f"x &= \\frac{{3 m}}{{2 l ({wide})}} \\Bigl(m_{{0}}")
     turned = align([f"x = \\frac{{m \\sin ({inner})}}{{20}} \\ddot{{q}}"])
     assert turned.startswith("x &= \\frac{1}{20} m \\sin \\Bigl(m_{0}")
+
+
+def test_no_line_ends_within_the_argument_of_a_function() -> None:
+    text = derive_system("double_pendulum").latex(steps=True)
+    assert text.count("\\sin(") > 2
+    assert re.search(r"\\(cos|sin)(\^\{2\})?\\Big", text) is None
 
 
 def test_a_term_wider_than_the_page_is_broken_in_its_brackets() -> None:
@@ -159,7 +168,7 @@ def test_a_denominator_wider_than_the_page_follows_a_stroke() -> None:
     assert rows[-1].endswith("\\Bigr) \\leq 0")
     assert all(width(row) <= PAGE + 20 for row in rows)
     (held, *_, last) = align([f"\\left|\\frac{{a}}{{{inner}}}\\right| \\leq d"]).split(" \\\\\n")
-    assert held.startswith("& \\Bigl| a / \\Bigl(")
+    assert held.startswith("& \\Bigl|a / \\Bigl(")
     assert last.endswith("\\Bigr)\\Bigr| \\leq d")
 
 
@@ -236,8 +245,10 @@ def test_a_formula_has_its_number_at_its_last_row() -> None:
     assert len(inside) > 4
     unnumbered = ["\\nonumber" in row for row in inside]
     assert unnumbered == [False, *[True] * (len(inside) - 3), False, False]
+    # no page ends after the first formula, within the second or before the last
+    assert ["\\\\*" in row for row in inside] == [*[True] * (len(inside) - 1), False]
     assert (
-        numbered.replace(" \\nonumber", "").replace("{align}", "{align*}")
+        re.sub(r" \\nonumber|(?<=\\)\*", "", numbered).replace("{align}", "{align*}")
         == f"before\n{written}\nafter"
     )
 

@@ -78,7 +78,7 @@ def test_what_is_pushed_on_its_way_is_cut_free() -> None:
     lines = mq.derive(held, NEWTON_EULER).text(steps=True)
     assert "0 = -3 x - R_z_x" in lines
     assert (
-        "along_y has no mass, and nothing else acts there: the joints y and z together join"
+        "The body along_y has no mass, and nothing else acts on it: the joints y and z together "
         in lines
     )
     assert mq.verify(held, samples=5).agrees

@@ -405,7 +405,9 @@ def test_the_printed_multipliers_are_the_force_of_the_loop() -> None:
     ]
     steps = derive_system("slider_crank").text(steps=True)
     assert steps.startswith("Slider crank: Lagrange's equations with multipliers")
-    said = "force of rod on slider in the loop B, x and z components in the axes of the world"
+    said = (
+        "force of the rod on the slider in the loop B, x and z components in the axes of the world"
+    )
     assert f"  lambda_B_x, lambda_B_z\n    {said} [N]\n" in steps
     assert "∂V/∂q = Σ λ ∂Φ/∂q for every" in steps
     assert "     cos(theta + beta) lambda_B_z = sin(theta + beta) lambda_B_x\n" in steps

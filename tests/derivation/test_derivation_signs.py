@@ -210,7 +210,9 @@ def test_axes_of_a_body_that_never_turns_are_the_worlds_unless_it_stands_turned(
         "arm": {"ramp"},  # a ball about its center
     }
     assert named["sled"].sentence.startswith("x, y and z are the axes of the world; moments")
-    assert named["arm"].sentence.startswith("x, y and z are the axes of ramp, which do not spin")
+    assert named["arm"].sentence.startswith(
+        "x, y and z are the axes of the ramp, which do not spin"
+    )
     plane = axes_of(kinematics, "ramp", np.array([0.0, -1.0, 0.0]))
     assert plane.sentence == (
         "x and z are the axes of the world; forces are positive along them, moments about -y."
@@ -394,9 +396,12 @@ def test_a_free_body_is_carried_by_a_slide(method: str) -> None:
     np.testing.assert_allclose(needed, reference.inverse_dynamics(q, v, a), rtol=0, atol=1e-12)
     assert verify(mechanism, 5).agrees
     text = " ".join(derive(mechanism, method).text(steps=True).split())
-    assert "x component of the velocity of dice relative to cart, in its own axes [m/s]" in text
-    assert "z coordinate of dice relative to cart [m]" in text
-    assert "in the axes of the world. Both are relative to cart, which carries dice." in text
+    assert (
+        "x component of the velocity of the dice relative to the cart, in its own axes [m/s]"
+        in text
+    )
+    assert "z coordinate of the dice relative to the cart [m]" in text
+    assert "axes of the world. Both are relative to the cart, which carries the dice." in text
 
 
 def test_a_length_is_positive_where_all_coordinates_are_zero() -> None:

@@ -27,6 +27,7 @@ from mecanique.derivation.coordinates import CoordinateWords
 from mecanique.derivation.document import Document
 from mecanique.derivation.glossary import clashes, meanings
 from mecanique.derivation.printing.equations import expression
+from mecanique.derivation.printing.letters import call
 from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.scalars.polynomials import exact
 from mecanique.derivation.scalars.series import Series
@@ -94,6 +95,31 @@ def test_every_symbol_of_every_system_is_defined(name: str) -> None:
             assert undefined_in(equations.document) == set(), method
 
 
+GENERIC = re.compile(
+    r"\b(?:acceleration|center is at|couple|density|distance|force|inertia|mass|momentum|position|"
+    r"velocity) ([^\W\d_])\b(?!['_(])"
+)
+"""A letter that a step introduces for a quantity of any body."""
+
+
+@pytest.mark.parametrize("name", textbook.names())
+def test_no_letter_of_a_derivation_means_two_things(name: str) -> None:
+    meant: dict[str, set[str]] = {}
+    for method in METHODS:
+        equations = derive_system(name, method)
+        if not equations.legible:
+            continue
+        document, algebra = equations.document, equations.derivation.algebra
+        assert "Beware" not in document.introduction
+        for meaning in document.meanings(steps=True):
+            for letter in meaning.names if meaning.sentence else ():
+                meant.setdefault(letter, set()).add(meaning.sentence)
+        said = " ".join(section.explanation for section in document.sections())
+        declared = {*algebra.values, *algebra.mechanism.coordinates}
+        assert not declared.intersection(GENERIC.findall(said)), method
+    assert {letter: what for letter, what in meant.items() if len(what) > 1} == {}
+
+
 def test_what_is_not_defined_is_found() -> None:
     document = derive_system("cart_pole").document
     text = document.text(steps=True)
@@ -110,7 +136,8 @@ def test_the_list_leaves_out_what_the_steps_explain(method: str) -> None:
     assert "x and z components in the axes of the world" in text
     if method != "lagrange":
         assert (
-            "  R_O_x, R_O_z\n    force that ground exerts on crank in O, along x and z of" in text
+            "  R_O_x, R_O_z\n    force that the ground exerts on the crank in O, along x and z of"
+            in text
         )
 
 
@@ -196,8 +223,8 @@ def test_what_a_slide_and_a_hinge_move_is_named() -> None:
     slide = Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x")
     hinge = Revolute("hinge", "block", "bob", axis=(0, 1, 0), coordinate="q")
     text = derive(Mechanism("block", bodies, (slide, hinge), parameters=(m,))).text(symbols=True)
-    assert "displacement of block along x [m]" in text
-    assert "angle of bob from the downward vertical, positive towards -x [rad]" in text
+    assert "displacement of the block along x [m]" in text
+    assert "angle of the bob from the downward vertical, positive towards -x [rad]" in text
 
 
 @pytest.mark.parametrize(
@@ -272,15 +299,18 @@ def test_a_coordinate_that_places_a_center_is_said_to_do_so() -> None:
         words = CoordinateWords(textbook.load(name))
         return {**words.of_joints, **dict(words.sentences())}[coordinate]
 
-    assert say("rolling_coin", "x") == "position of the center of coin along x [m]"
-    assert say("rolling_coin", "z") == "position of the center of coin along z [m]"
-    assert say("two_wheeled_cart", "x") == "position of the origin of load along x [m]"
-    assert say("base_excited_mass", "x_base") == "displacement of base along x [m]"
-    assert say("base_excited_mass", "u") == "displacement of block relative to base along x [m]"
-    tilted = "position of the center of disk along x, turned by alpha about y [m]"
+    assert say("rolling_coin", "x") == "position of the center of the coin along x [m]"
+    assert say("rolling_coin", "z") == "position of the center of the coin along z [m]"
+    assert say("two_wheeled_cart", "x") == "position of the origin of the load along x [m]"
+    assert say("base_excited_mass", "x_base") == "displacement of the base along x [m]"
+    assert (
+        say("base_excited_mass", "u")
+        == "displacement of the block relative to the base along x [m]"
+    )
+    tilted = "position of the center of the disk along x, turned by alpha about y [m]"
     assert say("rolling_disk", "x") == tilted
-    assert say("kepler_orbit", "r") == "distance of planet from the axis of phi [m]"
-    assert say("elastic_pendulum", "r") == "distance of bob from the hinge pin [m]"
+    assert say("kepler_orbit", "r") == "distance of the planet from the axis of phi [m]"
+    assert say("elastic_pendulum", "r") == "distance of the bob from the hinge pin [m]"
     # a coordinate that is no joint's is that of the point which it moves as much
     assert say("bars_and_springs", "q") == "displacement of C along -z [m]"
     assert say("shear_building", "u3") == "displacement of floor3 along x [m]"
@@ -289,23 +319,31 @@ def test_a_coordinate_that_places_a_center_is_said_to_do_so() -> None:
 @pytest.mark.parametrize(
     ("system", "name", "said"),
     [
-        ("cart_pole", "q", "angle of pole from the downward vertical, positive towards +x"),
-        ("four_bar_linkage", "phi", "angle of crank from the x axis, positive upwards"),
+        ("cart_pole", "q", "angle of the pole from the downward vertical, positive towards +x"),
+        ("four_bar_linkage", "phi", "angle of the crank from the x axis, positive upwards"),
         ("bars_and_springs", "alpha", "angle of ABC from the x axis, positive towards -z"),
-        ("kepler_orbit", "phi", "angle of planet from the x axis, positive towards +y"),
+        ("kepler_orbit", "phi", "angle of the planet from the x axis, positive towards +y"),
         # a sum of those of parallel hinges is that of the last body itself
         ("double_pendulum", "q2", "angle of rod2 from the downward vertical, positive towards +x"),
         ("bar_chain", "q4", "angle of bar4 from the z axis, positive towards +x"),
         ("double_pendulum", "theta2", "angle of rod2 relative to rod1, about -y, zero in line"),
-        ("slider_crank", "beta", "angle of rod relative to crank, about -y, zero in line"),
-        ("whipple_bicycle", "rear_spin", "rotation of rear_wheel relative to frame, about y"),
-        ("rolling_disk", "turn", "rotation of disk about y"),
+        ("slider_crank", "beta", "angle of the rod relative to the crank, about -y, zero in line"),
+        (
+            "whipple_bicycle",
+            "rear_spin",
+            "rotation of the rear wheel relative to the frame, about y",
+        ),
+        ("rolling_disk", "turn", "rotation of the disk about y"),
         # what turns about the vertical leaves a tilt from it as it is
-        ("heavy_top", "theta", "angle of top from the upward vertical, about x of precessing"),
-        ("heavy_top", "phi", "rotation of top about z"),
-        ("heavy_top", "psi", "rotation of top about its axis z"),
-        ("rolling_coin", "lean", "rotation of coin about x of heading"),
-        ("gyroscope", "psi", "rotation of rotor relative to inner, about z"),
+        (
+            "heavy_top",
+            "theta",
+            "angle of the top from the upward vertical, about x of the precessing",
+        ),
+        ("heavy_top", "phi", "rotation of the top about z"),
+        ("heavy_top", "psi", "rotation of the top about its axis z"),
+        ("rolling_coin", "lean", "rotation of the coin about x of the heading"),
+        ("gyroscope", "psi", "rotation of the rotor relative to the inner, about z"),
     ],
 )
 def test_an_angle_is_told_by_its_body_and_where_it_is_zero(
@@ -313,3 +351,11 @@ def test_an_angle_is_told_by_its_body_and_where_it_is_zero(
 ) -> None:
     words = CoordinateWords(textbook.load(system))
     assert {**words.of_joints, **dict(words.sentences())}[name] == f"{said} [rad]"
+
+
+def test_a_name_that_is_a_word_has_its_article_in_a_sentence() -> None:
+    names = ["crank", "rear_wheel", "A", "rod1", "psi", "spring_B", "the world"]
+    said = ["the crank", "the rear wheel", "A", "rod1", "psi", "spring_B", "the world"]
+    assert [*map(call, names)] == said
+    text = " ".join(derive_system("slider_crank", "newton_euler").text(steps=True).split())
+    assert "Cut free, the slider is acted on by the reaction in the guide, its weight" in text

@@ -86,11 +86,11 @@ def test_products_of_inertia_add_to_the_kinetic_energy() -> None:
 @pytest.mark.parametrize(
     ("name", "axes"),
     [
-        ("heavy_top", "for top along those of tilted, which do not spin with top."),
+        ("heavy_top", "for the top along those of the tilted, which do not spin with the top."),
         (
             "gyroscope",
-            "for inner along the body's own; for rotor along those of inner, which do not spin "
-            "with rotor.",
+            "for the inner along the body's own; for the rotor along those of the inner, which do "
+            "not spin with the rotor.",
         ),
         ("rotating_plate", ""),
         ("double_pendulum", ""),
@@ -129,7 +129,7 @@ def test_the_rate_of_the_angular_momentum_follows_from_what_is_listed(
     equations = derive_system(name, NEWTON_EULER)
     stages, zero = stages_of(equations), equations.derivation.algebra.ring.number(0)
     stage = stages[f"Free body {body}: moments"]
-    assert "that rate is the rate of the components of H plus Ω × H." in stage.explanation
+    assert stage.explanation.endswith("components plus the cross product of Ω and the vector.")
     known = listed(stages[f"Free body {body}: forces"]) | listed(stage)
     turning, H = (vector_of(of, known, zero) for of in (f"Omega_{axes}", f"H_{body}"))
     rate = Vector(*(part.ddt() for part in H)) + cross(turning, H)
@@ -144,16 +144,17 @@ def test_the_acceleration_follows_from_what_is_listed(name: str, body: str) -> N
     equations = derive_system(name, NEWTON_EULER)
     stage = stages_of(equations)[f"Free body {body}: forces"]
     zero = equations.derivation.algebra.ring.number(0)
-    rate = "the acceleration is the rate of the components of v plus Ω × v. Listed are Ω,"
-    assert rate in stage.explanation
+    assert "plus the cross product of Ω and the vector. Listed are Ω," in stage.explanation
     known = listed(stage)
     owner = "tilted" if body == "top" else body
     turning = vector_of(f"Omega_{owner}", known, zero)
     if f"Omega_{owner}" in known:
         turning = Vector(zero, zero, known[f"Omega_{owner}"])
-    v, a = (vector_of(f"{letter}_{body}", known, zero) for letter in "va")
-    for left, right in zip(a, Vector(*(x.ddt() for x in v)) + cross(turning, v), strict=True):
-        assert (left - right).vanishes()
+    r, v, a = (vector_of(f"{letter}_{body}", known, zero) for letter in "rva")
+    for vector, rate in ((r, v), (v, a)):
+        components = Vector(*(x.ddt() for x in vector)) + cross(turning, vector)
+        for left, right in zip(rate, components, strict=True):
+            assert (left - right).vanishes()
 
 
 @pytest.mark.parametrize("name", ["cart_pole", "double_pendulum", "atwood_machine"])
@@ -168,8 +169,8 @@ def test_a_body_without_angular_momentum_is_in_balance() -> None:
     assert said.explanation == "The moments are in balance, all about its center of mass."
     said = stages_of(derive_system("cart_pole", "virtual_work"))["Inertia forces of pole"]
     assert said.explanation.startswith(
-        "Without moments of inertia, pole has the inertia force F of a particle, minus its mass "
-        "times the acceleration of its center of mass."
+        "Without moments of inertia, the pole has the inertia force F_inertia_pole of a particle, "
+        "minus its mass times the acceleration of its center of mass."
     )
     assert "Reduced" not in said.explanation
     said = stages_of(derive_system("heavy_top", NEWTON_EULER))["Free body top: moments"]
@@ -188,5 +189,5 @@ def test_forces_of_elements_are_said_to_be_theirs() -> None:
     said = stages_of(derive_system("atwood_machine", NEWTON_EULER))["Forces of the elements"]
     assert said.explanation == (
         "Along and about the directions in which their joints are free, bodies receive no "
-        "reaction: there their balances give the forces of cord."
+        "reaction: there their balances give the forces of the cord."
     )

@@ -164,7 +164,7 @@ def test_a_third_pulley_turns_the_other_way() -> None:
 def test_tensions_in_letters() -> None:
     machine = replace(drive(), coordinates=mq.Coordinates(("drum_axle",)))
     text = mq.derive(machine, method="newton_euler").text(steps=True)
-    assert "tension of belt from motor to drum [N]" in text
+    assert "tension of the belt from the motor to the drum [N]" in text
     lines = [line.strip() for line in text.splitlines()]
     assert any(line.startswith("T_belt_1 = 50 ") for line in lines), text
 

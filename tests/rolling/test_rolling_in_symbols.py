@@ -62,8 +62,8 @@ def test_all_methods_agree_identically() -> None:
 def test_rows_and_multipliers_have_names() -> None:
     text = derive(coin()).text(steps=True)
     for words in (
-        "lambda_rim_normal  normal force of ground on disk at rim [N]",
-        "lambda_rim_x, lambda_rim_y friction along x and y of the plane of ground on disk at rim",
+        "lambda_rim_normal  normal force of the ground on the disk at the rim [N]",
+        "lambda_rim_x, lambda_rim_y friction along x and y of the plane of the ground on the disk",
         "Phi_rim_normal = z - r cos(lean)",
         "ψ = 0 must not be substituted into T.",
     ):

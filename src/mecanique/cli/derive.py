@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -122,11 +122,12 @@ def derive(
 
         verdict = [judge(chosen.mechanism)] if method == "all" else []
         cut = method in ("all", "newton_euler")
-        figure, *bodies = [*_pictures(chosen.mechanism, cut=cut), ""]
+        pictures = [*_pictures(chosen.mechanism, cut=cut)]
+        figure, bodies = map(_set_in_rows, (pictures[:1], pictures[1:]))
         # below what the system is, the figure explains the letters that follow
         opening, *derived = re.split(r"(?=\\subsection\*)", text, maxsplit=1)
         about, *meanings = re.split(r"(?=\\begin\{description\})", opening, maxsplit=1)
-        parts = [about, figure, *meanings, *bodies, *derived, *verdict]
+        parts = [about, figure, *meanings, bodies, *derived, *verdict]
         text = to_page([part for part in parts if part], chosen.mechanism.name)
     say(text)
 
@@ -235,6 +236,12 @@ def _pictures(mechanism: mq.Mechanism, *, cut: bool) -> Iterator[str]:
     for body in bodies:
         with suppress(mq.MecaniqueError):
             yield figure_tex(mechanism, start, body)
+
+
+def _set_in_rows(pictures: Sequence[str]) -> str:
+    """Return pictures side by side, as many in a row as fit."""
+    rows = "\\hfil\n".join(f"$\\vcenter{{\\hbox{{{picture}}}}}$" for picture in pictures)
+    return f"\\begin{{center}}\n{rows}\n\\end{{center}}\n" if rows else ""
 
 
 def judge(mechanism: mq.Mechanism) -> str:

@@ -8,6 +8,7 @@ from typing import final
 
 import numpy as np
 
+from mecanique.derivation.printing.letters import call
 from mecanique.derivation.tolerances import ALIGNED
 from mecanique.derivation.tree.links import links
 from mecanique.derivation.tree.poses import Arithmetic, joint_values, poses
@@ -59,7 +60,7 @@ class CoordinateWords:
     def _explain(self, joint: Joint) -> Iterator[tuple[str, str]]:
         """Yield name and meaning of each coordinate of a joint."""
         names = [name for name in joint.coordinates if name not in joint.followers]
-        child = joint.child
+        child = call(joint.child)
         match joint:
             case Single() if joint.turns:
                 sentences = [f"{self._say_angle(joint)} [rad]"]
@@ -89,7 +90,8 @@ class CoordinateWords:
 
     def _say_angle(self, hinge: Single) -> str:
         """Say from which direction a hinge turns a body, or about what, relative to what."""
-        about, moved = self._say_direction(hinge.axis, hinge), self._follow(hinge.child)
+        about, led = self._say_direction(hinge.axis, hinge), self._follow(hinge.child)
+        moved = call(led)
         every = [*self._ascend(hinge.parent)]
         straight = not any(map(self._is_turned, (hinge, *every)))
         turning = [joint for joint in every if isinstance(joint, Single) and joint.turns]
@@ -101,21 +103,21 @@ class CoordinateWords:
                 return f"angle of {moved} from {start}, {self._say_sense(hinge, way, about)}"
             if all(np.abs(np.cross(joint.axis, way)).max() < ALIGNED for joint in turning):
                 return f"angle of {moved} from {start}, about {about}"
-        bare = about.replace(f" of {hinge.parent}", "", 1)
+        bare = about.replace(f" of {call(hinge.parent)}", "", 1)
         if not (turning or moving):
             frames = [np.array([*map(self._read, joint.origin.rotation)]) for joint in every]
             axis = np.array(hinge.axis)
             level = all(np.abs(frame @ axis - axis).max() < ALIGNED for frame in frames)
             return f"rotation of {moved} about {bare if level else about}"
         if not self._bodies[hinge.parent].shapes:
-            own = moved == hinge.child
+            own = led == hinge.child
             return f"rotation of {moved} about {f'its axis {bare}' if own else about}"
         seat = self._read(hinge.origin.xyz)
         arm = seat - (seat @ hinge.axis) * np.array(hinge.axis)
         line = arm.any() and np.abs(arm / np.linalg.norm(arm) - way).max() < ALIGNED
         what = "angle" if way.any() else "rotation"
         zero = ", zero in line" if line and straight else ""
-        return f"{what} of {moved} relative to {hinge.parent}, about {bare}{zero}"
+        return f"{what} of {moved} relative to {call(hinge.parent)}, about {bare}{zero}"
 
     def _say_absolute(self, name: str) -> str:
         """Say which body an angle is that of, as the sum of those in parallel hinges, or ""."""
@@ -135,8 +137,8 @@ class CoordinateWords:
                     way = self._reach(joint.child, np.array(joint.axis))
                     if start := self._name_way(way):
                         sense = self._say_sense(first, way, about)
-                        return f"angle of {joint.child} from {start}, {sense} [rad]"
-                    return f"absolute angle of {joint.child}, about {about} [rad]"
+                        return f"angle of {call(joint.child)} from {start}, {sense} [rad]"
+                    return f"absolute angle of {call(joint.child)}, about {about} [rad]"
         return ""
 
     def _say_of_map(self, name: str) -> str:
@@ -150,7 +152,8 @@ class CoordinateWords:
             step = (moved[point] - at[point]) / _STEP
             for k, axis in enumerate("xyz"):
                 if abs(abs(step[k]) - 1) < _STEP:
-                    return f"displacement of {point} along {'-' if step[k] < 0 else ''}{axis} [m]"
+                    way = f"{'-' if step[k] < 0 else ''}{axis}"
+                    return f"displacement of {call(point)} along {way} [m]"
         follow = [joint for joint, law in driven if name in symbols_in(law)]
         sets = f" that sets {enumerate_words(follow)}" if follow else ""
         return f"generalized coordinate{sets}{'' if unit in ('', '1') else f' [{unit}]'}"
@@ -184,17 +187,19 @@ class CoordinateWords:
         if placed and not any(self._weighs(joint.child) for joint in carriers):
             point = "origin" if center.any() else "center"
             along = self._say_direction(slide.axis, [slide, *carriers][-1])
-            return f"position of the {point} of {moved} along {along}"
+            return f"position of the {point} of {call(moved)} along {along}"
         seated = self._read(slide.origin.xyz).any() or center.any()
         if isinstance(hinge, Single) and hinge.turns and not (seated or self._weighs(slide.parent)):
             # phi names an angle and no hinge
             where = f"axis of {hinge.name}"
             if hinge.name not in hinge.coordinates:  # once where kind and name are the same word
                 where = hinge.noun if hinge.name == hinge.noun else f"{hinge.noun} {hinge.name}"
-            return f"distance of {moved} from the {where}"
-        along = self._say_direction(slide.axis, slide).removesuffix(f" of {slide.parent}")
-        relative = "" if slide.parent == self._mechanism.ground else f" relative to {slide.parent}"
-        return f"displacement of {moved}{relative} along {along}"
+            return f"distance of {call(moved)} from the {where}"
+        along = self._say_direction(slide.axis, slide).removesuffix(f" of {call(slide.parent)}")
+        relative = (
+            "" if slide.parent == self._mechanism.ground else f" relative to {call(slide.parent)}"
+        )
+        return f"displacement of {call(moved)}{relative} along {along}"
 
     def _reach(self, body: str, axis: np.ndarray) -> np.ndarray:
         """Return the direction across an axis in which a body lies from its origin, or zero."""
@@ -261,11 +266,12 @@ class CoordinateWords:
     def _name_child(self, joint: Joint) -> str:
         """Name what a joint moves, and relative to what if that is not the ground."""
         grounded = joint.parent == self._mechanism.ground
-        return joint.child if grounded else f"{joint.child} relative to {joint.parent}"
+        child = call(joint.child)
+        return child if grounded else f"{child} relative to {call(joint.parent)}"
 
     def _say_direction(self, axis: tuple[float, float, float], joint: BaseJoint) -> str:
         """Put an axis in words, of its parent if that is not the ground, or of a turned frame."""
-        of = "" if joint.parent == self._mechanism.ground else f" of {joint.parent}"
+        of = "" if joint.parent == self._mechanism.ground else f" of {call(joint.parent)}"
         if self._is_turned(joint):
             turns = [(way, plain(x)) for way, x in zip("xyz", joint.origin.rpy, strict=True)]
             tilts = [f", turned by {tilt} about {way}" for way, tilt in turns if symbols_in(tilt)]

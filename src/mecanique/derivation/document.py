@@ -68,9 +68,17 @@ _PREAMBLE = r"""\documentclass[a4paper]{article}
 \allowdisplaybreaks
 \emergencystretch=3em
 \setlength{\parindent}{0pt}
+\addtolength{\topmargin}{-40pt}
+\addtolength{\textheight}{80pt}
+\clubpenalty=10000 \widowpenalty=10000 \displaywidowpenalty=10000
 \makeatletter % headings are not hyphenated, and no page ends between a sentence and its table
 \@beginparpenalty=10000
-\renewcommand\section{\@startsection{section}{1}{\z@}{-3.5ex}{2.3ex}{\Large\bfseries\raggedright}}
+% near the end of a page, a heading begins the next one: \near{share of the page}{penalty}
+\newcommand\near[2]{\par\vskip\z@\@plus#1\textheight\penalty-#2\vskip\z@\@plus-#1\textheight}
+\renewcommand\section{\near{.15}{900}%
+  \@startsection{section}{1}{\z@}{-3.5ex}{2.3ex}{\Large\bfseries\raggedright}}
+\renewcommand\subsection{\near{.08}{100}%
+  \@startsection{subsection}{2}{\z@}{-3.25ex}{1.5ex}{\large\bfseries\raggedright}}
 \makeatother
 \begin{document}"""
 
@@ -97,9 +105,9 @@ class _Part:
     assumptions: Sequence[Assumption] = ()
 
     @property
-    def key(self) -> str:
-        """Its title and its lines."""
-        return "\n".join([self.title, *(line.write(Text()) for line in self.lines)])
+    def keys(self) -> set[str]:
+        """Its title with each of its lines."""
+        return {f"{self.title}\n{line.write(Text())}" for line in self.lines} or {self.title}
 
 
 @final
@@ -267,7 +275,7 @@ class Document:
             if part.title == _RESULT:  # of which others may have more lines
                 told = self.repeated.issuperset(line.write(Text()) for line in lines)
             else:
-                told = part.key in self.repeated
+                told = part.keys <= self.repeated
             if (lines or new != [""]) and not (told and self.repeated):
                 yield part
 
@@ -279,7 +287,7 @@ class Document:
         """Return it without what others state as well: the result stands once, at the end."""
         stated = set[str]()
         for part in chain.from_iterable(document._parts for document in earlier):
-            stated |= {part.key} if part.title not in (_EQUATIONS, _RESULT) else set()
+            stated |= part.keys if part.title not in (_EQUATIONS, _RESULT) else set()
             stated.update(_assume(taken, Text()) for taken in part.assumptions)
         for part in chain.from_iterable(document._parts for document in later):
             stated.update(line.write(Text()) for line in part.lines)
@@ -417,7 +425,8 @@ class Document:
     @cached_property
     def _points(self) -> frozenset[str]:
         """The letters of points in the mechanism's description."""
-        return frozenset().union(*map(find_points, self._about))
+        about = self.derivation.algebra.mechanism.about.splitlines()
+        return frozenset().union(*map(find_points, about))
 
     @cached_property
     def _names(self) -> frozenset[str]:

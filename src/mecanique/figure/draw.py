@@ -153,6 +153,10 @@ def _check(path: str | os.PathLike[str]) -> str:
     return form
 
 
+SMALLER = 0.7
+"""The largest scale of bodies cut free in a document, where two stand beside each other."""
+
+
 def figure_text(
     mechanism: Mechanism, start: Mapping[str, float] | None = None, *, small: bool = False
 ) -> str:
@@ -166,7 +170,8 @@ def figure_tex(
     mechanism: Mechanism, start: Mapping[str, float] | None = None, free_body: str | None = None
 ) -> str:
     """Return the figure of a mechanism, or of a body cut free, for a LaTeX document."""
-    return tex(_marks(_set_up(mechanism, None, posture(mechanism, start)), free_body))
+    marks = _marks(_set_up(mechanism, None, posture(mechanism, start)), free_body)
+    return tex(marks, SMALLER if free_body else 1.0)
 
 
 def _set_up_motion(shown: Motion, t: float | None, q: object, *, whole: bool) -> Setting:

@@ -395,7 +395,8 @@ def _symbol(setting: Setting, action: Action, *, moment: bool) -> str:
     if action.kind == "inertia":
         taken = {p.symbol for p in mechanism.parameters}.union(mechanism.coordinates)
         rate = "epsilon" if "alpha" in taken else "alpha"
-        return f"-I*{rate}" if moment else f"-{mass or f'm_{action.body}'}*a"
+        acceleration = f"a_{action.body}" if "a" in taken else "a"
+        return f"-I*{rate}" if moment else f"-{mass or f'm_{action.body}'}*{acceleration}"
     if action.name == TOGETHER:
         return "C" if moment else "S"
     if any(action.name in element.tensions for element in mechanism.elements):
@@ -407,12 +408,8 @@ def _symbol(setting: Setting, action: Action, *, moment: bool) -> str:
     stem = re.sub(r"[\W_]+", "_", action.name).strip("_") or "force"
     if action.kind == "reaction" and action.name in (loop.name for loop in mechanism.loops):
         return f"lambda_{stem}"
-    letters = {
-        "reaction": "M" if moment else "R",
-        "spring": "M" if moment else "F",
-        "damper": "M" if moment else "D",
-    }
-    return f"{letters.get(action.kind, 'M' if moment else 'F')}_{stem}"
+    force = "R" if action.kind == "reaction" else "F"
+    return f"{'M' if moment else force}_{stem}"
 
 
 def _find_letter(setting: Setting, name: str) -> str:

@@ -42,6 +42,16 @@ class SplitName:
         return cls(_spell(base), _spell(subscript), len(name) - len(stem))
 
 
+_PLAIN = re.compile(r"[a-z]{2,}(_[a-z]{2,})*")
+"""Names that are words of a sentence: crank, rear_wheel."""
+
+
+def call(name: str) -> str:
+    """Return a name as sentences have it: "the rear wheel"; A, rod1 and psi as they are."""
+    words = _PLAIN.fullmatch(name) is not None and name not in GREEK
+    return f"the {name.replace('_', ' ')}" if words else name
+
+
 def is_varied(name: str) -> bool:
     """Return whether a name denotes a virtual displacement or virtual work, e.g. "δq"."""
     return name.startswith("δ") and name[1:2].isalpha()

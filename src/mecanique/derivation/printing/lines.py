@@ -14,6 +14,7 @@ INLINE = 120.0
 _INDENT = 20.0  # indentation of a continued line, \qquad
 _LEFT = 0.3  # largest share of the page for the part before the equals sign
 _ROWS = 24  # largest number of rows in one display
+_TOGETHER = 8  # rows of a formula that stay on one page
 _END = " \\\\\n"
 _CONTINUED = "& \\qquad "
 _DISPLAY = re.compile(r"\\begin\{align\*\}\n(.*?)\n\\end\{align\*\}", re.DOTALL)
@@ -65,11 +66,15 @@ def number_rows(text: str) -> str:
     """Return LaTeX with each formula of its displays numbered, at its last row."""
 
     def number_display(display: re.Match[str]) -> str:
-        rows = display[1].split(_END)
-        for k, after in enumerate(rows[1:]):
-            if after.startswith(_CONTINUED):
-                rows[k] += " \\nonumber"
-        return f"\\begin{{align}}\n{_END.join(rows)}\n\\end{{align}}"
+        written, *rows = display[1].split(_END)
+        starts = [k for k, row in enumerate(rows) if not row.startswith(_CONTINUED)]
+        for k, row in enumerate(rows):
+            number = "" if k in starts else " \\nonumber"
+            # no page ends after the first formula, before the last, or within a short one
+            start = max((s for s in starts if s < k), default=-1)
+            kept = k in (*starts[:1], *starts[-1:]) or (k not in starts and k - start < _TOGETHER)
+            written += f"{number} \\\\{'*' if kept else ''}\n{row}"
+        return f"\\begin{{align}}\n{written}\n\\end{{align}}"
 
     return _DISPLAY.sub(number_display, text)
 
@@ -146,24 +151,42 @@ def _open(piece: str, page: float, depth: int) -> list[str]:
             over, under = "".join(atoms), f"/ ({below})"
             return [*_open(over, page, depth + 1), *_open(under, page, depth + 1)]
         if above != "1" and width(atom) > page / 2:
-            head, bracket, rest = above.partition("(")
-            plain = head.strip() and set("\\{").isdisjoint(head.replace("^{2}", ""))
-            if not plain or max(width(head), width(below)) > page / 3:
-                head, bracket, rest = "1", above, ""
-            atoms[k] = f"\\frac{{{head.strip()}}}{{{below}}} {bracket}{rest}"
+            head, rest = _divide_factors(above)
+            if not rest and width(head) <= page:
+                continue
+            if not (head and rest) or width(head) > max(page / 3, width(below)):
+                head, rest = "1", above
+            atoms[k] = f"\\frac{{{head}}}{{{below}}} {rest}"
             return _open("".join(atoms), page, depth + 1)
-    spans = sorted(_find_brackets(atoms), key=lambda span: span[0] - span[1])
-    for start, end in spans:
+    spans = [span for span in _find_brackets(atoms) if not _is_called(atoms, *span, page)]
+    for start, end in sorted(spans, key=lambda span: span[0] - span[1]):
         around = width("".join([*atoms[: start + 1], *atoms[end:]]))
-        room = max(page - around, page / 3)
-        inside = _split("".join(atoms[start + 1 : end]), room, depth + 1)
-        if len(inside) > 1:
-            opening, closing = f"\\Bigl{atoms[start][-1]}", f"\\Bigr{atoms[end][-1]}"
-            parts = [*inside]
-            parts[0] = "".join(atoms[:start]) + opening + parts[0]
-            parts[-1] = parts[-1] + closing + "".join(atoms[end + 1 :])
-            return parts
+        for room in (page, max(page - around, page / 3)):
+            parts = _split("".join(atoms[start + 1 : end]), room, depth + 1)
+            parts[0] = f"{''.join(atoms[:start])}\\Bigl{atoms[start][-1]}{parts[0]}"
+            parts[-1] += f"\\Bigr{atoms[end][-1]}{''.join(atoms[end + 1 :])}"
+            if len(parts) > 1 and (room < page or max(map(width, parts)) <= page):
+                return parts
     return [piece]
+
+
+def _divide_factors(product: str) -> tuple[str, str]:
+    """Return the factors of a product before its first sum in brackets, and those after them."""
+    atoms = list(_cut(product))
+    starts = (a for a, b in _find_brackets(atoms) if not _is_called(atoms, a, b, float("inf")))
+    start = next(starts, len(atoms))
+    return "".join(atoms[:start]).strip(), "".join(atoms[start:])
+
+
+def _is_called(atoms: Sequence[str], start: int, end: int, page: float) -> bool:
+    """Whether brackets hold the argument of a function, unless that is wider than a page."""
+    before = [atom for atom in atoms[:start] if not atom.isspace()]
+    while before and before[-1].startswith("^"):
+        before.pop()
+    called = bool(before) and (
+        before[-1][1:] in _FUNCTIONS or before[-1].startswith("\\operatorname")
+    )
+    return called and width("".join(atoms[start:end])) <= page
 
 
 def _find_brackets(atoms: Sequence[str]) -> Iterator[tuple[int, int]]:

@@ -19,6 +19,7 @@ from mecanique.arrays import rank_of
 from mecanique.derivation.mechanics.elements import UnitForce, unit_forces
 from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.printing.equations import expression, join
+from mecanique.derivation.printing.letters import call
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Kind, Ring, Series
@@ -300,11 +301,14 @@ def _list_meanings(
             for name, part in zip(element.forces, dict.fromkeys(element.parts), strict=True):
                 places = [k for k, run in enumerate(element.parts) if run == part]
                 start, end = stops[places[0]].body, stops[places[-1] + 1].body
-                yield f"T_{name}", f"tension of {element.name} from {start} to {end} [N]"
+                yield (
+                    f"T_{name}",
+                    f"tension of {call(element.name)} from {call(start)} to {call(end)} [N]",
+                )
             continue
         if isinstance(element, (Gear, Rack)):
-            a, b = (mechanism.joint(joint).child for joint in element.joints)
-            where = f"force of {a} on {b} in {element.name} along the line of action"
+            a, b = (call(mechanism.joint(joint).child) for joint in element.joints)
+            where = f"force of {a} on {b} in {call(element.name)} along the line of action"
             yield from ((f"F_{name}", f"{where} [N]") for name in element.forces)
             continue
         forces = dict(enumerate(element.forces, first))
@@ -319,8 +323,9 @@ def _list_meanings(
             row = world if world and named and row in [*"xyz"] else row
             yield (
                 f"{'M' if turns else 'R'}_{element.name}_{row}",
-                f"{'moment' if turns else 'force'} that {element.body_a} exerts on "
-                f"{element.body_b} in {element.name}, {axis} [{'N·m' if turns else 'N'}]",
+                f"{'moment' if turns else 'force'} that {call(element.body_a)} exerts on "
+                f"{call(element.body_b)} in {call(element.name)}, {axis} "
+                f"[{'N·m' if turns else 'N'}]",
             )
 
 
@@ -453,10 +458,12 @@ class FreeBodies:
         if len(chain) == 1 or not self.transmits(cut):
             return ""
         (*leaders, _), joints = ([x.body for x in chain], [x.joint.name for x in chain])
-        have = "has" if len(leaders) == 1 else "have"
+        them = ("body", "has", "it") if len(leaders) == 1 else ("bodies", "have", "them")
+        what, have, these = them
         return (
-            f"{enumerate_words(leaders)} {have} no mass, and nothing else acts there: "
-            f"the joints {enumerate_words(joints)} together join {cut.body} to {self.holder(cut)}. "
+            f"The {what} {enumerate_words(leaders)} {have} no mass, and nothing else acts on "
+            f"{these}: the joints {enumerate_words(joints)} together join {call(cut.body)} to "
+            f"{call(self.holder(cut))}. "
         )
 
     def is_guided(self, cut: Cut) -> bool:

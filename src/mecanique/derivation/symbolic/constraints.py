@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple, final
 
 from mecanique.derivation.mechanics.contacts import touch
+from mecanique.derivation.printing.letters import call
 from mecanique.derivation.scalars.cancel import tidy, without_rounding
 from mecanique.derivation.scalars.elementary import root_of_square
 from mecanique.derivation.scalars.series import Kind, Ring, Series
@@ -88,7 +89,7 @@ def _write_contact(kinematics: Kinematics, contact: Contact) -> Bond:
         square = tidy(dot(across, across))
         size = root_of_square(square) or algebra.root(square)
         if size.parts.keys() != {0}:
-            subject = f"the cosine of the lean of {contact.body} at {contact.name}"
+            subject = f"the cosine of the lean of {call(contact.body)} at {call(contact.name)}"
             assumptions.append(Assumption(subject, size))
         return [*(Vector(*(tidy(part / size) for part in across)) * length)]
 
@@ -111,9 +112,10 @@ def _write_contact(kinematics: Kinematics, contact: Contact) -> Bond:
             demand = tidy(slip)
             demand = without_rounding(demand, [*moved[0], *moved[1]])
             what = f"friction along {row} of the plane of"
-        meaning = f"{what} {contact.on} on {contact.body} at {contact.name} [N]"
+        meaning = f"{what} {call(contact.on)} on {call(contact.body)} at {call(contact.name)} [N]"
         if row == "side":
-            meaning = f"force of {contact.on} on {contact.body} across the blade {contact.name} [N]"
+            bodies = f"{call(contact.on)} on {call(contact.body)}"
+            meaning = f"force of {bodies} across the blade {contact.name} [N]"
         name = f"{contact.name}_{row}"
         if not demand.vanishes():  # what the joints keep already needs no force
             tie = _tie(kinematics, name, demand, meaning, of_velocities=row != "normal")
@@ -121,7 +123,8 @@ def _write_contact(kinematics: Kinematics, contact: Contact) -> Bond:
             units.append(SymbolicWrench(direction, zero(ring)))
     sphere = isinstance(contact, Rolling) and contact.curved
     from_where = "that of the sphere" if sphere else "the plane"
-    distance = f"distance of the center of {contact.body} from {from_where} at {contact.name} [m]"
+    center = f"the center of {call(contact.body)}"
+    distance = f"distance of {center} from {from_where} at {call(contact.name)} [m]"
     return Bond(
         name=contact.name,
         ends=((contact.body, place), (contact.on, place)),
@@ -247,7 +250,7 @@ def _about(ring: Ring, loop: Loop, a: Sequence[Vector], b: Sequence[Vector]) -> 
 
 
 def _on(loop: Loop) -> str:
-    return f"of {loop.body_a} on {loop.body_b} in the loop {loop.name}"
+    return f"of {call(loop.body_a)} on {call(loop.body_b)} in the loop {loop.name}"
 
 
 def _plane(normal: Vector) -> int | None:

@@ -10,6 +10,7 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.derivation.mechanics.forces import actions_of
+from mecanique.derivation.printing.letters import call
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.constraints import bonds_of, distances_of, ties_of
@@ -106,12 +107,12 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
         rows = []
         for unit in (n, t, joint.axis):
             rows.append([combination(row, unit) for row in rotation])
-        pin = joint.name
+        pin, called = joint.name, call(joint.name)
         sentence = (
-            f"The unit vectors n, t and k turn with the body: n points from {pin} to the center of "
-            f"mass, t is perpendicular to it, in the sense of the angle, and k is along the axis. "
-            f"R_{pin}_n is positive toward {pin}, opposite to n, and R_{pin}_t along t. Moments "
-            "are positive in the sense of the angle."
+            f"The unit vectors n, t and k turn with the body: n points from {called} to the center "
+            f"of mass, t is perpendicular to it, in the sense of the angle, and k is along the "
+            f"axis. R_{pin}_n is positive toward {called}, opposite to n, and R_{pin}_t along t. "
+            "Moments are positive in the sense of the angle."
         )
         labels, turning = (("n", "t", "k"), ("n", "t", "")), dict.fromkeys(_KINDS, body)
         return Axes(rows, rows, sentence, *labels, (-1, 1, 1), turning)
@@ -133,7 +134,8 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
     turns = [about if k == at else row for k, row in enumerate(rows)]
     axis = f"{'-' if sign < 0 else ''}{_LABELS[int(np.abs(normal).argmax())]}"
     sentence = (
-        f"{plane} are the axes of {whose}; forces are positive along them, moments about {axis}."
+        f"{plane} are the axes of {call(whose)}; forces are positive along them, moments about "
+        f"{axis}."
     )
     axes = dict.fromkeys(_KINDS, whose)
     return Axes(rows, turns, sentence, turn_labels=(x, y, z), whose=axes)
@@ -156,12 +158,13 @@ def _axes_in_space(kinematics: Kinematics, body: str) -> Axes:
         if symmetric:
             axis = kinematics.tree[place].joint
             constant = (
-                f", which do not spin with {body}: it is symmetric about the axis of {axis}, "
+                f", which do not spin with {call(body)}: it is symmetric about the axis of {axis}, "
                 "so that its moments of inertia are constant in them too"
             )
-    said = f"x, y and z are the axes of {whose}"
+    said = f"x, y and z are the axes of {call(whose)}"
     if whose != whose_turns:
-        said = f"Forces are along x, y and z of {whose}, moments about those of {whose_turns}"
+        about = call(whose_turns)
+        said = f"Forces are along x, y and z of {call(whose)}, moments about those of {about}"
     elif not constant:
         said += "; moments are taken about them"
     axes = {"force": whose, "moment": whose_turns}
@@ -416,18 +419,20 @@ def say_zeros(zeros: Sequence[tuple[str, bool]]) -> str:
     return f"Components that are not listed are zero: {'; '.join(reasons)}."
 
 
+_RATES = (
+    " As the axes turn with the angular velocity Ω, the rate of a vector in them is that of its "
+    "components plus the cross product of Ω and the vector."
+)
+
+
 def state_momentum_balance(cut: Cut, moving: bool, turning: bool) -> str:
     """Return the sentence that introduces the balance of forces of a body."""
     if moving:
-        rate = (
-            " As the axes turn with the angular velocity Ω, the acceleration is the rate of the "
-            "components of v plus Ω × v."
-        )
         return (
-            "Mass times the acceleration a of the center of mass equals the resultant force."
-            f"{rate if turning else ''} Listed are {'Ω, ' if turning else ''}the position r of "
-            "that center in the axes of the world, the components of its velocity v and "
-            "acceleration a, and then both sides in components."
+            "Mass times the acceleration of the center of mass equals the resultant force."
+            f"{_RATES if turning else ''} Listed are {'Ω, ' if turning else ''}the position [r] "
+            "of that center, its velocity [v] and its acceleration [a], and then both sides in "
+            "components."
         )
     if cut.mass:
         return "Its center of mass does not move, so the forces on it are in balance."
@@ -438,25 +443,20 @@ def state_moment_balance(cut: Cut, spinning: bool, turning: bool) -> str:
     """Return the sentence that introduces the balance of moments of a body."""
     what = "The moments are in balance, all"
     if spinning:
-        what = "The rate of the angular momentum H equals the resultant moment, both"
+        what = "The rate of the angular momentum [H] equals the resultant moment, both"
     moved = ""
     if cut.fixed:
         point = f"the joint {cut.joint.name}, a fixed point"
         if spinning and any(cut.center):
             moved = (
-                " About it the moments of inertia are larger by m d² than about the center of "
-                "mass, in the distance d (Steiner)."
+                " About it the moments of inertia are larger than about the center of mass, by "
+                "the mass times the square of the distance of the two (Steiner)."
             )
     elif cut.mass:
         point = "its center of mass"
     else:
         point = f"the joint {cut.joint.name}; without mass any point serves"
-    if turning:
-        moved += (
-            " As the axes turn with the angular velocity Ω, that rate is the rate of the "
-            "components of H plus Ω × H."
-        )
-    return f"{what} about {point}.{moved}"
+    return f"{what} about {point}.{moved}{_RATES if turning else ''}"
 
 
 def explain_guides(guides: Sequence[Guide]) -> str:
@@ -471,9 +471,10 @@ def explain_guides(guides: Sequence[Guide]) -> str:
 
 def describe_reaction(cut: Cut, d: Direction, holder: str, *, guided: bool) -> str:
     """Describe a component of the reaction that a body or the ground exerts, with its unit."""
-    exerted = f"that {holder} exerts on {cut.body} in {cut.joint.name}"
+    at, body = call(cut.joint.name), call(cut.body)
+    exerted = f"that {call(holder)} exerts on {body} in {at}"
     if guided:
-        exerted = f"of reaction and guides together across {cut.joint.name} on {cut.body}"
+        exerted = f"of reaction and guides together across {at} on {body}"
     if d.kind == "moment":
         about = "in the positive sense of moments"
         if d.label:
@@ -481,10 +482,10 @@ def describe_reaction(cut: Cut, d: Direction, holder: str, *, guided: bool) -> s
         return f"moment {exerted}, {about} [N·m]"
     where = f"along {d.label}{_say_whose(cut, d)}"
     if d.sign < 0:
-        where = f"towards {cut.joint.name}"
+        where = f"towards {at}"
     return f"force {exerted}, {where} [N]"
 
 
 def _say_whose(cut: Cut, d: Direction) -> str:
     """Say whose axes x, y and z are, where the sentence about the axes does not."""
-    return f" of {cut.axes.whose[d.kind]}" if d.label in _LABELS else ""
+    return f" of {call(cut.axes.whose[d.kind])}" if d.label in _LABELS else ""

@@ -9,6 +9,7 @@ from typing import final
 
 from mecanique.derivation.laws import Elastic, Law, Travel, laws_of
 from mecanique.derivation.mechanics.forces import Span, argument_of
+from mecanique.derivation.printing.letters import call
 from mecanique.derivation.scalars.cancel import integrate, tidy
 from mecanique.derivation.scalars.series import GIVEN, Kind, Ring, Series
 from mecanique.derivation.symbolic.derivation import Assumption
@@ -31,7 +32,9 @@ def assume_length(force: str, length: Series) -> tuple[Assumption, ...]:
     rational = all(
         atoms[g.index].argument.is_number for g in length.generators() if g.index in atoms
     )
-    return (Assumption(f"the length of {force}", length),) if moves(length) and rational else ()
+    return (
+        (Assumption(f"the length of {call(force)}", length),) if moves(length) and rational else ()
+    )
 
 
 def length_names(
@@ -48,11 +51,11 @@ def length_names(
     roots = (i for i, atom in ring.atoms.items() if atom.named and atom.function == "sqrt")
     meant = dict(distances)
     names = [ring.generators[i].name for i in roots]
-    return {name: meant.get(ring[name], "root") for name in names} | {
-        name: f"{'length' if whole[name] else 'root in the length'} of {' and '.join(owners)}"
-        + (" [m]" if whole[name] else "")
-        for name, owners in lengths_of.items()
-    }
+    said = {name: meant.get(ring[name], "root") for name in names}
+    for name, owners in lengths_of.items():
+        what, unit = ("length", " [m]") if whole[name] else ("root in the length", "")
+        said[name] = f"{what} of {' and '.join(map(call, owners))}{unit}"
+    return said
 
 
 @final

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 
 from mecanique.derivation.printing.equations import expression, join, shorter
+from mecanique.derivation.printing.letters import call
 from mecanique.derivation.printing.writers import Expression
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Series
@@ -42,15 +43,18 @@ def inertia_stages(kinematics: Kinematics, spread: Sequence[str] = ()) -> list[S
             turning.append(body)
     if not turning or sum(len(result.right) for result in results) > MOST_LISTED:
         return []
-    letters = {left.symbol[0] for left in lefts_of(results)}
-    at = "; in that frame the center is at c" if "c" in letters else ""
+    names = [left.symbol.removesuffix("_x") for left in lefts_of(results)]
+    letters: dict[str, list[str]] = {}
+    for name in names:
+        letters.setdefault(name[0], []).append(name)
+    at = "; in that frame the center is at [c]" if "c" in letters else ""
     said = [
-        "The moments of inertia I of a body are those about its center of mass, along the axes "
+        "The moments of inertia [I] of a body are those about its center of mass, along the axes "
         f"of its own frame that it turns about{at}.",
         *_say_forms(turning),
     ]
-    said += ["A mass m that is no single letter is listed, too."] if "m" in letters else []
-    return [Stage("Moments of inertia", " ".join(said), (*results,))]
+    said += ["A mass [m] that is no single letter is listed, too."] if "m" in letters else []
+    return [Stage("Moments of inertia", algebra.say(" ".join(said), **letters), (*results,))]
 
 
 def _is_letter(series: Series) -> bool:
@@ -94,18 +98,25 @@ def _say_forms(bodies: Sequence[Body]) -> Iterator[str]:
             counted = Counter(form or "part with given moments" for form in parts)
             made = enumerate_words([_count_forms(form, n) for form, n in counted.items()])
             yield (
-                f"{body.name} is made of {made}: its moments are the sums over these parts, each "
-                "with m d² for the distance d of its center from the common one (Steiner)."
+                f"{_begin(call(body.name))} is made of {made}: its moments are the sums over these "
+                "parts, each with its mass times the square of the distance of its center from the "
+                "common one (Steiner)."
             )
         else:
             alike.setdefault("".join(parts), []).append(body.name)
     for form, names in alike.items():
-        who = enumerate_words(names)
+        who = enumerate_words([*map(call, names)])
         if form in HOMOGENEOUS:
             be = "is" if len(names) == 1 else "are"
-            yield f"{who} {be} {_count_forms(form, len(names), '')}: {HOMOGENEOUS[form]}."
+            forms = _count_forms(form, len(names), "")
+            yield f"{_begin(who)} {be} {forms}: {HOMOGENEOUS[form]}."
         else:
             yield f"The moments of {who} are given."
+
+
+def _begin(words: str) -> str:
+    """Return the beginning of a sentence; a name that is no word stays as it is."""
+    return words[0].upper() + words[1:] if words.startswith("the ") else words
 
 
 def _count_forms(form: str, count: int, number: str = "{} ") -> str:

@@ -16,6 +16,7 @@ from mecanique.derivation.mechanics.elements import Ground
 from mecanique.derivation.mechanics.forces import Span
 from mecanique.derivation.printing.expressions import size, to_formula
 from mecanique.derivation.printing.formulas import MOVING, Letter, multiply, number
+from mecanique.derivation.printing.letters import call
 from mecanique.derivation.printing.writers import Expression
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import FOLLOWER, TIMED, Kind, Series
@@ -341,7 +342,7 @@ def relation_stages(algebra: Algebra) -> list[Stage]:
     relations = [*follow(algebra)] if mechanism.elements else []
     if not relations:
         return []
-    names = enumerate_words([element.name for element in mechanism.elements])
+    names = enumerate_words([call(element.name) for element in mechanism.elements])
     free = enumerate_words([*mechanism.coordinates])
     sentence = (
         f"Through {names}, the other coordinates depend on {free}. Differentiated, these relations "
@@ -379,7 +380,9 @@ def quaternion_stages(algebra: Algebra) -> list[Stage]:
             and joint.linear_velocities
             and joint.parent != algebra.mechanism.ground
         ):
-            sentence += f" Both are relative to {joint.parent}, which carries {joint.child}."
+            sentence += (
+                f" Both are relative to {call(joint.parent)}, which carries {call(joint.child)}."
+            )
     ring = algebra.ring
     results = tuple(Result(Left(f"{name}'"), ring.rates[ring.index(name)]) for name in free)
     return [Stage("Rates of the coordinates", sentence, results)]
@@ -401,15 +404,15 @@ def geometry_stages(kinematics: Kinematics) -> list[Stage]:
             vectors["omega"] = along(axes, spin)
             turns |= any(spin)
             if vectors["omega"] != spin:
-                other = f"those of {whose}, which do not spin with {body}"
+                other = f"those of {call(whose)}, which do not spin with {call(body)}"
                 turned.setdefault(other if fixed else "the body's own", []).append(body)
         for letter, vector in vectors.items():
             results += list_components(f"{letter}_{body}", "xyz", vector.tidy())
     if not results or sum(len(result.right) for result in results) > MOST_LISTED:
         return []
     sentence = (
-        "The poses of the bodies as functions of the coordinates give the position r of each "
-        "center of mass; its rate is the velocity v"
+        "The poses of the bodies as functions of the coordinates give the position [r] of each "
+        "center of mass; its rate is the velocity [v]"
         + (", and the rates of the axes give the angular velocity omega" if turns else "")
         + ". Components along x, y and z of the world that are not listed are zero."
     )
@@ -418,9 +421,22 @@ def geometry_stages(kinematics: Kinematics) -> list[Stage]:
             " Velocities of a body that rotates freely, and of bodies it carries, are in its axes."
         )
     if turned:
-        places = [f"for {enumerate_words(names)} along {axes}" for axes, names in turned.items()]
+        places = [
+            f"for {enumerate_words([*map(call, names)])} along {axes}"
+            for axes, names in turned.items()
+        ]
         sentence += (
             " The components of omega are along axes in which the moments of inertia are those "
             f"listed: {'; '.join(places)}."
         )
-    return [Stage("Positions and velocities", sentence, tuple(results))]
+    return [
+        Stage(
+            "Positions and velocities",
+            kinematics.algebra.say(
+                sentence,
+                r=[f"r_{body}" for body in kinematics.bodies],
+                v=[f"v_{body}" for body in kinematics.bodies],
+            ),
+            tuple(results),
+        )
+    ]

@@ -20,6 +20,7 @@ from mecanique.derivation.printing.equations import (
     join,
     shorter,
 )
+from mecanique.derivation.printing.letters import call
 from mecanique.derivation.printing.writers import Expression
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import TIMED, Euler, Kind, Series
@@ -106,7 +107,7 @@ def energy_stages(lagrange: Lagrange, *, by_squares: bool = True) -> list[Stage]
         )
     given = [work.name for work in potentials if work.stated and not work.elastic]
     if given:
-        sentences.append(f"The potential V of {enumerate_words(given)} is given.")
+        sentences.append(f"The potential V of {enumerate_words([*map(call, given)])} is given.")
     loads = [work.name for work in potentials if not work.stated]
     if loads:
         depend = "depends" if len(loads) == 1 else "depend"

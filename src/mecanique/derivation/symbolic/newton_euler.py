@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import final
 
+from mecanique.derivation.printing.letters import call
 from mecanique.derivation.scalars.cancel import by_velocity
 from mecanique.derivation.symbolic.balances import (
     FreeBodies,
@@ -106,7 +107,8 @@ class NewtonEuler:
     def _balance(self, cut: Cut) -> Iterator[Stage]:
         """Yield the steps with the balances of one body, in terms of named reactions."""
         moving = self._list_accelerations(cut)
-        turning = self._list_turning(cut, "force", cut.twist.force) if moving else []
+        vectors = (cut.twist.force, self._locate(cut)) if moving else ()
+        turning = self._list_turning(cut, "force", *vectors)
         push = cut.axes.along(cut.about_reference(cut.push))
         acting = self.balances.acting_along(cut)
         pairs = zip(push.force, acting.force, strict=True)
@@ -119,7 +121,7 @@ class NewtonEuler:
         acting_on = [
             *held,
             *(["its weight"] if any(cut.weight.force) else []),
-            *dict.fromkeys(action.name for action in cut.applied),
+            *dict.fromkeys(call(action.name) for action in cut.applied),
             *self.balances.guiding.acting_on(cut),
             *(f"the opposite of {self._name_total(child)}" for child in hung),
         ]
@@ -127,10 +129,12 @@ class NewtonEuler:
             return
         what = enumerate_words(acting_on) if acting_on else "nothing"
         sentence = (
-            f"{self.balances.explain_leaders(cut)}Cut free, {cut.body} is acted on by {what}. "
-            f"{cut.axes.sentence} "
+            f"{self.balances.explain_leaders(cut)}Cut free, {call(cut.body)} is acted on by "
+            f"{what}. {cut.axes.sentence} "
             f"{state_momentum_balance(cut, bool(moving), bool(turning))}"
         )
+        letters = {letter: [f"{letter}_{cut.body}"] for letter in "rvaH"}
+        sentence = self.algebra.say(sentence, **letters)
         yield Stage(f"Free body {cut.body}: forces", sentence, (*turning, *moving, *forces))
         if moments and not self.balances.repeats(cut):
             H = cut.about_reference(cut.momentum).tidy().moment
@@ -138,18 +142,19 @@ class NewtonEuler:
             momenta = list_components(f"H_{cut.body}", cut.axes.turn_labels, stored)
             changing = self._list_turning(cut, "moment", H)
             sentence = state_moment_balance(cut, any(H), bool(changing))
+            sentence = self.algebra.say(sentence, **letters)
             new = [line for line in changing if line not in turning]
             yield Stage(f"Free body {cut.body}: moments", sentence, (*new, *momenta, *moments))
 
-    def _list_turning(self, cut: Cut, kind: str, vector: Vector) -> list[Result]:
+    def _list_turning(self, cut: Cut, kind: str, *vectors: Vector) -> list[Result]:
         """Return the angular velocity Ω of a body's axes if Ω × a vector in them is not zero."""
         axes, whose = cut.axes, cut.axes.whose[kind]
-        if whose == "the world":
+        if whose == "the world" or not vectors:
             return []
         # of the axes of forces and of moments in a plane, the latter include its normal
         rows = axes.turns if kind == "moment" or "" in axes.turn_labels else axes.rows
         turning = self.cuts.kinematics.turning(rows, cut.carrier).tidy()
-        if not any(cross(turning, vector).tidy()):
+        if not any(any(cross(turning, vector).tidy()) for vector in vectors):
             return []
         name = f"Omega_{whose.rpartition(' ')[2]}"
         return [*list_components(name, axes.turn_labels, along(rows, turning))]
@@ -157,18 +162,20 @@ class NewtonEuler:
     def _name_total(self, cut: Cut) -> str:
         """Name what acts across the joint of a body: a reaction, or a total with guides."""
         total = "total of reaction and guides" if self.balances.is_guided(cut) else "reaction"
-        return f"the {total} in {cut.joint.name}"
+        return f"the {total} in {call(cut.joint.name)}"
+
+    def _locate(self, cut: Cut) -> Vector:
+        """Return the position of a body's center of mass, in the axes of its carrier."""
+        kinematics, body = self.cuts.kinematics, self.algebra.mechanism.body(cut.body)
+        return kinematics.between(kinematics.point(cut.body, body.center), -1, cut.carrier).tidy()
 
     def _list_accelerations(self, cut: Cut) -> list[Result]:
         """Return position, velocity and acceleration of a body's center of mass."""
         if not cut.mass:
             return []
-        kinematics = self.cuts.kinematics
-        center = self.algebra.mechanism.body(cut.body).center
-        place = kinematics.point(cut.body, center).tidy()
-        results = [*list_components(f"r_{cut.body}", "xyz", place)]
-        v = cut.twist.force
-        for letter, vector in (("v", v), ("a", kinematics.change(v, cut.carrier))):
+        r, v, results = self._locate(cut), cut.twist.force, list[Result]()
+        a = self.cuts.kinematics.change(v, cut.carrier)
+        for letter, vector in zip("rva", (r, v, a), strict=True):
             parts = along(cut.axes.rows, vector)
             results += list_components(f"{letter}_{cut.body}", cut.axes.labels, parts)
         return results
@@ -196,7 +203,7 @@ class NewtonEuler:
                 "Forces of the elements",
                 "Along and about the directions in which their joints are free, bodies receive no "
                 "reaction: there their balances give the forces of "
-                f"{enumerate_words([part.name for part in self.algebra.mechanism.elements])}."
+                f"{enumerate_words([call(part.name) for part in self.algebra.mechanism.elements])}."
                 + ("" if self.balances.guide_forces else " Their closed forms would be long."),
                 tuple(self.balances.guide_forces),
             )

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from itertools import chain, count
@@ -82,6 +83,18 @@ class Algebra:
             if monomial and 1 < unit <= REACH:
                 self.ring.angle(monomial, Fraction(1, unit))
         self._name_angles()
+
+    def say(self, sentence: str, **names: Sequence[str]) -> str:
+        """Return a sentence with letters for those in brackets, or names if they have a meaning."""
+        # " [a]" becomes " a", or " a_crank" in a mechanism with a length a
+        taken = {*self.values, *self.mechanism.coordinates}
+
+        def choose(marked: re.Match[str]) -> str:
+            listed = names.get(marked[1], ()) if marked[1] in taken else marked[1]
+            joint = " and " if len(listed) == 2 else " to "
+            return " " * bool(listed) + joint.join(dict.fromkeys([*listed[:1], *listed[-1:]]))
+
+        return re.sub(r" \[(\w)\]", choose, sentence)
 
     def _name_angles(self) -> None:
         """Name joint angles that swing, such as B cos(W t), so that they have sine and cosine."""

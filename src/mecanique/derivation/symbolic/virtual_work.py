@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, final
 import numpy as np
 
 from mecanique.derivation.printing.equations import bracket, join
+from mecanique.derivation.printing.letters import call
 from mecanique.derivation.printing.writers import Expression
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import GIVEN, Kind, Series
@@ -276,7 +277,7 @@ class Ledger:
         if self.is_spread(cut):
             where = f"where their resultant acts, at the distance s_{cut.body}"
         elif self.is_pivoted(cut):
-            where = f"at {cut.joint.name}, which does not move"
+            where = f"at {call(cut.joint.name)}, which does not move"
         else:
             both = "Weight and i" if any(cut.weight.force) else "The i"
             return f" {both}nertia forces act at the center of mass."
@@ -501,10 +502,13 @@ class VirtualWork:
         """Say what the work of a force is, and where bodies turn that of a couple."""
         move, turn = (letters.move for letters in self._displacements.letters)
         turns = any(left.quantity.startswith(f"{turn}_") for left in entries)
-        couple = f", each couple C in the virtual rotation {turn} of the body" if turns else ""
-        return (
-            f"Each force F does work in the virtual displacement {move} of its point{couple}: δW "
-            "is the sum of the products of their components. Those that do no work are not listed."
+        couples = [left.symbol for left in entries if left.symbol.startswith("C_")]
+        couple = f", each couple [C] in the virtual rotation {turn} of the body" if turns else ""
+        return self.algebra.say(
+            f"Each force [F] does work in the virtual displacement {move} of its point{couple}: "
+            "δW is the sum of the products of their components. Those that do no work are not "
+            "listed.",
+            C=couples,
         )
 
     def _body(self, cut: Cut, sentence: str, entries: Sequence[Result]) -> Iterator[Stage]:
@@ -524,18 +528,18 @@ class VirtualWork:
         point = fixed if self.ledger.is_pivoted(cut) else "the center of mass"
         entries = self.algebra.mechanism.body(body).inertia
         as_particle = bool(cut.mass) and not any(map(self.algebra.series, entries))
-        said = f"Every particle of {body} has the inertia force -a dm, opposite to its acceleration"
+        said = f"Every particle of {call(body)} has an inertia force opposite to its acceleration"
         if as_particle:
             said = (
-                f"Without moments of inertia, {body} has the inertia force F of a particle, minus "
-                "its mass times the acceleration of its center of mass"
+                f"Without moments of inertia, {call(body)} has the inertia force [F] of a "
+                "particle, minus its mass times the acceleration of its center of mass"
             )
         parts = [f"{said}.", axes.sentence]
         results = []
         if spread is not None:
             self._unknowns[spread.coordinate] = DISTANCE
             parts.append(
-                "On the rod they have the density f per length at the distance "
+                "On the rod they have the density [f] per length at the distance "
                 f"{spread.coordinate} from its end; each component integrates to F_inertia_{body}, "
                 f"which acts at the distance s_{body}, where it has their moment."
             )
@@ -546,15 +550,17 @@ class VirtualWork:
         couple = self.ledger.seat_of_inertia(cut)[1]
         C = along(axes.turns, couple)
         if spread is None and not as_particle:
-            beside = ", and a couple C, minus the rate of the angular momentum about that point"
+            beside = ", and a couple [C], minus the rate of the angular momentum about that point"
             parts.append(
-                f"Reduced to {point} they are one force F, minus the mass times the acceleration "
+                f"Reduced to {point} they are one force [F], minus the mass times the acceleration "
                 f"of the center of mass{beside if any(C) else ''}."
             )
         results += list_components(f"C_inertia_{body}", axes.turn_labels, C)
         if not results:
             parts.append("Here they are all zero.")
-        return Stage(f"Inertia forces of {body}", " ".join(parts), tuple(results))
+        letters = {"F": [f"F_inertia_{body}"], "C": [f"C_inertia_{body}"], "f": [f"f_{body}"]}
+        sentence = self.algebra.say(" ".join(parts), **letters)
+        return Stage(f"Inertia forces of {body}", sentence, tuple(results))
 
     def _equilibrium(self, cut: Cut) -> Iterator[Stage]:
         """Yield the step with the sums of all forces and moments, inertia forces included."""
@@ -565,7 +571,7 @@ class VirtualWork:
         lines = [Result(total, nothing) for total in (*left.force, *sums) if total]
         if not lines:  # without mass and forces it only leads others
             return
-        about = cut.joint.name if cut.fixed or not cut.mass else "the center of mass"
+        about = call(cut.joint.name) if cut.fixed or not cut.mass else "the center of mass"
         moments = f", then of moments about {about}," if any(sums) else ""
         sentence = (
             f"{self.balances.explain_leaders(cut)}Under all forces on it, inertia forces included, "

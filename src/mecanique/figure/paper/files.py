@@ -109,10 +109,10 @@ _CIRCLE = 0.5523
 """Handles of the four Bézier curves of a circle, in radii."""
 
 
-def tex(marks: Sequence[Mark]) -> str:
+def tex(marks: Sequence[Mark], largest: float = 1.0) -> str:
     """Return marks as a picture for pdfTeX, which needs no package; left out by other engines."""
     x, y, width, height = _frame(marks)
-    scale = min(1.0, TEX_WIDTH / width)
+    scale = min(largest, TEX_WIDTH / width)
 
     def place(point: Sequence[float] | Point) -> Point:
         return np.array([point[0] - x, y + height - point[1]])
@@ -122,15 +122,14 @@ def tex(marks: Sequence[Mark]) -> str:
     return "\n".join(
         [
             "\\ifdefined\\pdfliteral",
-            f"\\begin{{center}}\\setlength{{\\unitlength}}{{{scale:.4f}bp}}",
+            f"\\setlength{{\\unitlength}}{{{scale:.4f}bp}}%",
             f"\\begin{{picture}}({width:g},{height:g})",
             f"\\put(0,0){{\\pdfliteral{{q {scale:.4f} 0 0 {scale:.4f} 0 0 cm 1 j 1 J",
             *drawn,
             "Q}}",
             *words,
-            "\\end{picture}\\end{center}",
+            "\\end{picture}",
             "\\fi",
-            "",
         ]
     )
 
