@@ -300,11 +300,23 @@ def install(change: Change) -> None:
     fresh = {**vars(home)}
     exec(code, fresh)
     for name, value in list(vars(home).items()):
+        if isinstance(value, type) and value.__module__ == home.__name__:
+            renew(value, fresh[name])
         if name.startswith("__") or isinstance(value, (type, FunctionType, ModuleType)):
             continue
         for module in list(sys.modules.values()):
             if module.__dict__.get(name) is value:
                 setattr(module, name, fresh[name])
+
+
+def renew(known: type, fresh: type) -> None:
+    """Take the values of a class, and the defaults of its functions, from another."""
+    for name, value in vars(fresh).items():
+        if isinstance(value, FunctionType) and isinstance(vars(known)[name], FunctionType):
+            vars(known)[name].__defaults__ = value.__defaults__
+            vars(known)[name].__kwdefaults__ = value.__kwdefaults__
+        elif not name.startswith("__") and not callable(value):
+            setattr(known, name, value)
 
 
 class Mutation:

@@ -677,6 +677,23 @@ def test_what_holds_for_all_bodies_is_said_once(method: str) -> None:
     assert wheels.count("It has no mass, so the forces on it are in balance.") == 3
 
 
+@pytest.mark.parametrize(
+    ("system", "work"),
+    [
+        ("elastic_pendulum", "δW_weight_bob = m g cos(theta) δr - m g r sin(theta) δtheta"),
+        # a long one is a sum of products of components that are written above it
+        (
+            "foucault_pendulum",
+            "δW_inertia_bob = F_inertia_bob_x δr_inertia_bob_x + F_inertia_bob_y δr_inertia_bob_y",
+        ),
+    ],
+)
+def test_works_are_written_out_unless_they_are_long(system: str, work: str) -> None:
+    text = derive_system(system, "virtual_work").text(steps=True)
+    lines = [line.strip() for line in text.splitlines()]
+    assert any(line.startswith(work) for line in lines)
+
+
 def test_roots_of_measured_lengths_keep_the_size_of_what_was_measured() -> None:
     arm = mq.Body("arm", mq.Shape(0.43551950590880956, (0.2638633768696583, 0.0, -0.359467207627)))
     hinge = mq.Revolute("hinge", "ground", "arm", axis=(0.0, 1.0, 0.0), coordinate="q")

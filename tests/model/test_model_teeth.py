@@ -109,6 +109,10 @@ def test_a_tooth_of_the_pinion_is_between_two_of_the_rack(x: float) -> None:
     teeth = rack.outline(pitch / np.pi).reshape(-1, 4, 3).mean(axis=1) + slide[:3, 3]
     along = np.cross([0.0, -1.0, 0.0], [0.0, 0.0, -1.0])
     assert apart(down, float(teeth[0] @ along) / pitch) == pytest.approx(0.5, abs=1e-9)
+    # its teeth point to the pinion, and its axes are right-handed
+    axes = slide[:3, :3] @ rack.axes
+    np.testing.assert_allclose(axes[:, 1], [0, 0, 1], rtol=0, atol=1e-15)
+    assert np.linalg.det(axes) == pytest.approx(1, rel=1e-12)
     # all of them on its box, tips one module above the pitch line
     outline = rack.outline(pitch / np.pi)
     assert np.abs(outline[:, 0]).max() <= 0.4
@@ -140,6 +144,21 @@ def test_without_gears_nothing_has_teeth_and_odd_radii_have_whole_numbers() -> N
     )
     counts = [each.count for each in teeth_of(pair) if isinstance(each, WheelTeeth)]
     assert counts[1] / counts[0] == pytest.approx(1.234, rel=2e-3)
+
+
+@pytest.mark.parametrize("slant", [60, 120, 150])
+@pytest.mark.parametrize("scale", [0.01, 100.0])
+def test_bevel_teeth_point_the_same_way_at_any_size(slant: float, scale: float) -> None:
+    for sizes in ((0.2, 0.1), (0.1, 0.2), (0.2, 0.15)):
+        drawn, scaled = (
+            [
+                wheel.rise
+                for wheel in teeth_of(bevel_wheels(slant, *some))
+                if isinstance(wheel, WheelTeeth)
+            ]
+            for some in (sizes, tuple(scale * size for size in sizes))
+        )
+        np.testing.assert_allclose(scaled, drawn, rtol=1e-12, atol=0)
 
 
 @pytest.mark.parametrize(

@@ -26,6 +26,7 @@ LAWS = (
     sympy.log(X + 2 * Y) * (X + Y) ** K,
     sympy.atan2(X * Y, X - 2) + Y**X + K**X,
     sympy.Abs(X - 2) * Y + sympy.sign(Y - X) * X,
+    3**X - Y * 2 ** (X * Y),
 )
 
 
