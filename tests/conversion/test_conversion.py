@@ -456,7 +456,11 @@ def test_a_body_free_above_what_is_welded_is_free_in_the_world(
 ) -> None:
     """Both formats count from the world; MuJoCo refuses a free joint inside of another body."""
     place = mq.Placement(xyz, xyz)
-    bodies = (mq.Body("world"), mq.Body("base"), mq.Body("top", mq.box(2.0, (0.1, 0.2, 0.3))))
+    bodies: tuple[mq.Body, ...] = (
+        mq.Body("world"),
+        mq.Body("base"),
+        mq.Body("top", mq.box(2.0, (0.1, 0.2, 0.3))),
+    )
     joints: tuple[mq.Joint, ...] = (
         mq.Fixed("weld", "world", "base", origin=place),
         mq.Floating("top", "base", "top"),  # called as its link

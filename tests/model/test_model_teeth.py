@@ -149,14 +149,13 @@ def test_without_gears_nothing_has_teeth_and_odd_radii_have_whole_numbers() -> N
 @pytest.mark.parametrize("slant", [60, 120, 150])
 @pytest.mark.parametrize("scale", [0.01, 100.0])
 def test_bevel_teeth_point_the_same_way_at_any_size(slant: float, scale: float) -> None:
-    for sizes in ((0.2, 0.1), (0.1, 0.2), (0.2, 0.15)):
+    for big, small in ((0.2, 0.1), (0.1, 0.2), (0.2, 0.15)):
         drawn, scaled = (
-            [
-                wheel.rise
-                for wheel in teeth_of(bevel_wheels(slant, *some))
-                if isinstance(wheel, WheelTeeth)
-            ]
-            for some in (sizes, tuple(scale * size for size in sizes))
+            [each.rise for each in teeth_of(pair) if isinstance(each, WheelTeeth)]
+            for pair in (
+                bevel_wheels(slant, big, small),
+                bevel_wheels(slant, scale * big, scale * small),
+            )
         )
         np.testing.assert_allclose(scaled, drawn, rtol=1e-12, atol=0)
 
