@@ -19,6 +19,7 @@ __all__ = [
     "make_rack",
     "make_rod",
     "make_sled",
+    "make_slope",
     "move_in_plane",
 ]
 
@@ -135,6 +136,12 @@ def make_sled(width: float) -> mq.Mechanism:
     """Return a block of 1 kg and no height that does not turn, on its front corner and the edge."""
     _, *contacts = _support("p", (width, 0.0), 0.0)
     return _move_particle("sled", *contacts)
+
+
+def make_slope(mu: float) -> mq.Mechanism:
+    """Return a particle of 1 kg above a slope of 30° that falls towards positive x, e = 0.6."""
+    slope = mq.Placement((0, 0, 0), (0, math.pi / 6, 0))
+    return _move_particle("slope", mq.Contact("slope", "p", plane=slope, mu=mu, restitution=0.6))
 
 
 def make_corner(mu: float) -> mq.Mechanism:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sides import CORNER, make_braked, make_buffer, make_corner, make_rod, make_sled
+from sides import CORNER, make_braked, make_buffer, make_corner, make_rod, make_sled, make_slope
 
 import mecanique as mq
 from mecanique.generation import dop853
@@ -339,6 +339,17 @@ def test_a_model_ends_bounces_while_another_contact_is_held(mu: float, tmp_path:
     if mu == 0:
         rests = found["time"][found["state[wall]"] == 1][0]
         assert rests == pytest.approx(3 * first, rel=0, abs=0.0005)
+
+
+def test_a_model_ends_bounces_with_their_friction(tmp_path: Path) -> None:
+    slope, q = make_slope(0.1), {"x": 0.15, "z": 0.26}
+    path = mq.generate(mq.derive_modes(slope), "fmu", q=q, samples=4).write(tmp_path)[0]
+    motion = mq.simulate(slope, q=q, duration=2.0, rtol=1e-12)
+    found = fmpy.simulate_fmu(
+        str(path), stop_time=2.0, output_interval=0.05, relative_tolerance=1e-12
+    )
+    exact = motion(np.minimum(found["time"], 2.0)).q
+    np.testing.assert_allclose(np.array([found["x"], found["z"]]).T, exact, rtol=0, atol=1e-12)
 
 
 def test_in_a_model_a_wall_bears_what_a_spent_brake_cannot(tmp_path: Path) -> None:

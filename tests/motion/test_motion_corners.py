@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import ellipkinc
+from sides import make_slope
 
 import mecanique as mq
 from mecanique.derivation.mechanics.switching import ElementRows, ElementState, Terms, name_mode
@@ -181,6 +182,24 @@ def test_a_bouncing_ball_comes_to_rest_at_its_time() -> None:
     assert not motion.v[-1].any()
     np.testing.assert_allclose(motion.q[-1], 0.0, rtol=0, atol=1e-15)
     np.testing.assert_allclose(motion.energy().work[-1], -G, rtol=1e-12, atol=0)
+
+
+def test_bounces_that_slip_end_with_the_friction_of_all_of_them() -> None:
+    """Down a slope of 30°: those left out press as gravity does, less the impulse that ends them.
+
+    Friction takes μ (1 + e) u of each impact at a speed u, together μ (1 + e) u/(1 − e), until the
+    bounces end after u/g (1 + e)/(1 − e) with the speed u of the first.
+    """
+    mu, e, h, end = 0.1, 0.6, 0.3, 2.0
+    across, along = G * math.cos(math.pi / 6), G * math.sin(math.pi / 6)
+    start = {"x": h * math.sin(math.pi / 6), "z": h * math.cos(math.pi / 6)}
+    motion = mq.simulate(make_slope(mu), q=start, duration=end, rtol=1e-12)
+    first = math.sqrt(2 * h * across)
+    rest = first / across * (1 + e) / (1 - e)
+    speed = along * end - mu * first * (1 + e) / (1 - e) - mu * across * (end - rest)
+    assert motion.modes[-1].states == {"slope": "slips +"}
+    np.testing.assert_allclose(motion.times("slope: rest")[0], rest, rtol=1e-11, atol=0)
+    np.testing.assert_allclose(np.hypot(*motion.v[-1]), speed, rtol=1e-13, atol=0)
 
 
 def test_bounces_off_a_place_that_decimals_round_end_in_time() -> None:

@@ -21,6 +21,7 @@ from sides import (
     make_corner,
     make_rod,
     make_sled,
+    make_slope,
     move_in_plane,
 )
 from viewing_browser import Visit
@@ -299,6 +300,29 @@ def test_a_page_computes_what_leaves_a_side_as_python_does(name: str, tmp_path: 
     expected = np.hstack([known.q, known.v])
     states = np.array(computed["states"])[:, : expected.shape[1]]
     np.testing.assert_allclose(states, expected, rtol=0, atol=1e-9)
+
+
+@needs_node
+def test_a_page_ends_bounces_with_their_friction(tmp_path: Path) -> None:
+    motion = mq.simulate(make_slope(0.1), q={"x": 0.15, "z": 0.26}, duration=2.0, rtol=1e-12)
+    assert motion.modes[-1].states == {"slope": "slips +"}
+    compare([motion], tmp_path)
+    times = [0.5, 1.5, 2.0]
+    task = {"engine": asdict(engine_of(motion)), "rtol": 1e-12, "times": times}
+    (computed,) = run([task], tmp_path)
+    states = np.array(computed["states"])[:, :4]
+    known = motion(times)
+    np.testing.assert_allclose(states, np.hstack([known.q, known.v]), rtol=0, atol=1e-12)
+
+
+@needs_node
+def test_a_page_computes_bodies_without_weight(tmp_path: Path) -> None:
+    """Rows of contacts have no acceleration but that of rounding, which differs."""
+    right = mq.Placement((1.0, 0, 0), (0, -math.pi / 2, 0))
+    wall = mq.Contact("wall", "body", radius=0.1, plane=right, mu=0.15, restitution=0.9)
+    body = replace(move_in_plane(mq.ball(1.0, 0.1), wall), gravity=(0, 0, 0))
+    motion = mq.simulate(body, q={"x": 0.5}, v={"x": 2.0, "z": 1.0, "th": 5.0}, duration=1.0)
+    compare([motion], tmp_path)
 
 
 @needs_node

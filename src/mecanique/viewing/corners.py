@@ -146,14 +146,16 @@ class PageCorners:
             (ours,) = evaluate(letters.tape, values_of([*pressed, *terms[len(at.q) :]]), inputs, 1)
             along, free = np.abs(known.jacobian), np.linalg.solve(known.mass, known.load)
             acting = np.array([force(t) for force in self._forces])
+            speeds = along @ np.abs(at.v)
+            pulls = along @ np.abs(free) + speeds**2 / self._corners.length
             for name, theirs, sizes in (
                 ("forces", acting, acting),
                 ("masses", known.mass, known.mass),
                 ("loads", known.load, known.load),
                 ("slopes", known.jacobian, along),
-                ("accelerations of rows", known.gamma, along @ np.abs(free)),
+                ("accelerations of rows", known.gamma, pulls),
                 ("gaps", known.gaps, self._corners.length),
-                ("rates", known.rates, along @ np.abs(at.v)),
+                ("rates", known.rates, speeds),
             ):
                 part, ours = np.split(ours, [theirs.size])
                 gap = float(np.abs(part - theirs.ravel()).max(initial=0.0))

@@ -183,7 +183,7 @@ static bool solve_mode(const Terms *k, const Drive *drive, const double *mode, S
         for (int r = 0; r < held; r++) is_held = is_held || rows[r] == pressing[e];
         for (int i = 0; i < 2 && tangents[e][i] >= 0; i++) {
             const double friction = -most * heading_of(mode, e)[i];
-            if (pressing[e] < 0) known[tangents[e][i]] = friction;
+            if (pressing[e] < 0) known[tangents[e][i]] = drive->impact ? 0.0 : friction;
             else if (is_held) share[pressing[e]][tangents[e][i]] = friction;
             else known[tangents[e][i]] = friction * known[pressing[e]];
         }
@@ -823,24 +823,34 @@ static int find_next(const Terms *k, const bool *touching, const int *forbidden,
 
 /*
  * Take away the rates of contacts whose bounces are over, those left staying below `lowest`, while
- * what the next mode holds stays together; return whether there are any.
+ * what follows holds together; return whether there are any. All bounces left out press as much as
+ * what rests meanwhile, less the impulse that ends them now: that takes its friction along.
  */
-static bool rest(const Terms *k, double *y, const bool *touching, double still, double lowest,
-                 const Solved *next)
+static bool rest(double t, double *y, const double *p, const bool *touching, const int *forbidden,
+                 int spent, double still, double lowest, Solved *next)
 {
-    double change[NV], amounts[ROWS];
+    Terms k, ended;
+    Solved solved;
+    double change[NV], amounts[ROWS], after[N];
     int rows[ROWS], held = list_held(next->mode, rows);
     const int kept = held;
+    know(t, y, p, &k);
     for (int e = 0; e < ELEMENTS; e++) {
         if (!touching[e] || !struck[e]) continue;
-        const double speed = k->rate[normal[e]];
-        const double fall = -along(k->slopes[normal[e]], next->a) - k->gamma[normal[e]];
-        if (!(k->restitution[e] < 1.0 && speed > still && fall > 0.0)) continue;
+        const double speed = k.rate[normal[e]];
+        const double fall = -along(k.slopes[normal[e]], next->a) - k.gamma[normal[e]];
+        if (!(k.restitution[e] < 1.0 && speed > still && fall > 0.0)) continue;
         if (speed * speed / (2.0 * fall) <= lowest) rows[held++] = normal[e];
     }
     if (held == kept) return false;
-    for (int r = 0; r < held; r++) amounts[r] = k->rate[rows[r]];
-    take_away(k, held, rows, amounts, change);
+    for (int r = 0; r < held; r++) amounts[r] = k.rate[rows[r]];
+    take_away(&k, held, rows, amounts, change);
+    memcpy(after, y, sizeof after);
+    for (int i = 0; i < NV; i++) after[NQ + i] += change[i];
+    know(t, after, p, &ended);
+    const Drive drive = bounce(&k);
+    const bool follows = find_next(&ended, touching, forbidden, spent, still, next) == 1;
+    if (follows && solve_mode(&k, &drive, next->mode, &solved)) memcpy(change, solved.a, sizeof change);
     for (int i = 0; i < NV; i++) y[NQ + i] += change[i];
     return true;
 }
@@ -889,7 +899,8 @@ static bool change(double t, double *y, double *p, bool *touching, const int *fo
         still = still_speed(&k, before);
     }
     int count = find_next(&k, touching, forbidden, spent, still, kept);
-    if (strikes && count == 1 && rest(&k, y, touching, still, lowest, kept)) {
+    if (strikes && count == 1
+        && rest(t, y, p, touching, forbidden, spent, still, lowest, kept)) {
         know(t, y, p, &k);
         count = find_next(&k, touching, forbidden, spent, still, kept);
     }

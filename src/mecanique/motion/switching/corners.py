@@ -561,7 +561,9 @@ class Corners:
         if approaching and (ended := self._find_last_bounces(terms, solution, touching, still)):
             # what touches stays together meanwhile
             rows = self.list_rows(solution.mode) + [self.elements[k].rows[0] for k in ended]
-            v = v + least_step(terms, rows, terms.rates[rows])
+            bouncing, step = terms, least_step(terms, rows, terms.rates[rows])
+            terms = self.rows.at(q, v + step, t)
+            v = v + self.laws.end_bounces(bouncing, self._decide(t, y, follow).mode, step)
             terms = self.rows.at(q, v, t)
             # the energy of the bounces left out is lost by the last one
             occurrences[-1] = replace(occurrences[-1], after=v)

@@ -432,6 +432,21 @@ class Laws:
         pairs = zip(contacts, yields, pushed, strict=True)
         return change, frozenset(k for k, by, impulse in pairs if by * impulse > still)
 
+    def end_bounces(self, terms: Terms, mode: Mode, smooth: Array) -> Array:
+        """Return what velocities change by as bounces end in a mode, which takes its rates away.
+
+        All bounces left out press as much as what rests meanwhile, less the impulse that ends them
+        now: that takes its friction along. Without friction the change is `smooth`.
+        """
+        states = []
+        for element, state in zip(self.elements, mode, strict=True):
+            # what rubs by a stated load has no impulse, nor has what is elastic
+            free = (state.direction and element.pressing is None) or element.stiffness is not None
+            states.append(ElementState(OPEN) if free else state)
+        drive = strike(terms, {}, self.elements)
+        ended = solve(terms, self.elements, tuple(states), drive, self.permanent)
+        return smooth if ended is None else ended.a
+
     def _in_turn(self, terms: Terms, contacts: list[int], still: float) -> tuple[Array, Array]:
         change, impulses = np.zeros(len(terms.load)), np.zeros(len(terms.gaps))
         for _ in range(MOST_IMPACTS):

@@ -322,7 +322,15 @@ export class Corners {
       const follow = () =>
         this.onlyOf(law.follow(now, { touching, still, isForbidden, ended, spent }));
       let next = follow();
-      if (approaching.length && this.rest(t, y, next, approaching, { now, touching, still })) {
+      const over = approaching.length ? this.listEnded(next, { now, touching, still }) : [];
+      if (over.length) {
+        const after = y.slice();
+        const loops = this.loopsOf([...law.rowsHeld(next.mode), ...over]);
+        loops.evaluate(t, after);
+        loops.closeRates(after);
+        const bouncing = now;
+        now = this.read(t, after);
+        this.rest(y, bouncing, this.speeds(after), follow().mode, approaching);
         now = this.read(t, y);
         next = follow();
       }
@@ -437,34 +445,37 @@ export class Corners {
     );
   }
 
-  // Takes away the rates of contacts whose bounces are over, those left staying below rounding, while
-  // what the next mode holds stays together; says whether there are any. The energy of the bounces left
-  // out is lost by the last one.
-  rest(t, y, next, approaching, { now, touching, still }) {
-    const { mass, slopes, rates, gamma, restitution } = now;
-    const ended = this.elements.flatMap(({ normal, struck }, k) => {
+  // The rows of contacts whose bounces are over, those left staying below rounding.
+  listEnded(next, { now, touching, still }) {
+    const { slopes, rates, gamma, restitution } = now;
+    return this.elements.flatMap(({ normal, struck }, k) => {
       if (!touching[k] || !struck) return [];
       const [speed, fall] = [rates[normal], -dot(slopes[normal], next.a) - gamma[normal]];
       if (!(restitution[k] < 1 && speed > still && fall > 0)) return [];
       return speed ** 2 / (2 * fall) <= this.tolerances.TAIL * this.length ? [normal] : [];
     });
-    if (!ended.length) return false;
+  }
+
+  // Takes away the rates of what the next mode holds as bounces end. All bounces left out press as
+  // much as what rests meanwhile, less the impulse that ends them now: that takes its friction along.
+  // Without friction velocities become `smooth`. The last bounce loses the energy of those left out.
+  rest(y, now, smooth, mode, approaching) {
+    const { law } = this;
     const kinetic = (v) =>
       dot(
         v,
-        mass.map((row) => dot(row, v)),
+        now.mass.map((row) => dot(row, v)),
       ) / 2;
-    const before = kinetic(this.speeds(y));
-    const loops = this.loopsOf([...this.law.rowsHeld(next.mode), ...ended]);
-    loops.evaluate(t, y);
-    loops.closeRates(y);
-    const share = (before - kinetic(this.speeds(y))) / approaching.length;
+    const v = this.speeds(y);
+    const solved = law.solve(now, mode, law.strike(now, new Map()));
+    const after = solved ? v.map((x, i) => x + solved.a[i]) : smooth;
+    const share = (kinetic(v) - kinetic(after)) / approaching.length;
     this.account(
       y,
       approaching,
       this.elements.map((_, k) => share * approaching.includes(k)),
     );
-    return true;
+    y.set(after, this.machine.nq);
   }
 
   // what happened ---------------------------------------------------------------------------------

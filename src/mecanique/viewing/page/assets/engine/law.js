@@ -165,7 +165,7 @@ export class Law {
       const place = held.indexOf(pressing);
       mode[k].heading?.forEach((part, i) => {
         const friction = -limit * part;
-        if (pressing === null) known[tangents[i]] = friction;
+        if (pressing === null) known[tangents[i]] = impact ? 0 : friction;
         else if (place >= 0) shares[place].push([tangents[i], friction]);
         else known[tangents[i]] = friction * known[pressing];
       });
