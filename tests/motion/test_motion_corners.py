@@ -924,3 +924,72 @@ def test_a_motion_that_moves_no_mass_is_refused_where_something_touches() -> Non
     for ask in (mq.simulate, mq.verify):
         with pytest.raises(mq.EngineError, match=r"the motion th', .* moves no mass"):
             ask(bead)
+
+
+def box_on_floor(mu: float, pull: float = 0.0) -> mq.Mechanism:
+    """Return a box of 1 kg that stands on its four lower corners and is pulled along x [N]."""
+    corners = [(x, y, -0.1) for x in (-0.2, 0.2) for y in (-0.2, 0.2)]
+    contacts = (mq.Contact(f"c{k}", "box", at, mu=mu) for k, at in enumerate(corners))
+    return mq.Mechanism(
+        "box",
+        (mq.Body("ground"), mq.Body("box", mq.box(1.0, (0.4, 0.4, 0.2)))),
+        (mq.Floating("free", "ground", "box"),),
+        gravity=(pull, 0, -G),
+        switching=tuple(contacts),
+    )
+
+
+def test_what_stands_on_four_corners_presses_with_all_and_how_is_undetermined() -> None:
+    """Two opposite corners were said to bear it, the others to be open."""
+    motion = mq.simulate(box_on_floor(0.0), q={"free_z": 0.1}, duration=0.1)
+    assert set(motion.modes[-1].states.values()) == {"closed"}
+    corners = [motion.reactions(f"c{k}") for k in range(4)]
+    assert {corner.undetermined for corner in corners} == {("force z",)}
+    np.testing.assert_allclose(sum(c.force[-1] for c in corners), [0, 0, G], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("pull", [0.0, 0.25])
+def test_two_rough_corners_share_friction_in_any_way(pull: float) -> None:
+    b, h = 0.4, 0.2
+    feet = (mq.Contact(n, "body", (x, 0, -h / 2), mu=0.3) for n, x in (("l", -b / 2), ("r", b / 2)))
+    block = replace(flat(mq.box(1.0, (b, b, h)), *feet), gravity=(pull, 0, -G))
+    motion = mq.simulate(block, q={"z": h / 2}, duration=0.1)
+    left, right = motion.reactions("l"), motion.reactions("r")
+    assert left.undetermined == right.undetermined == ("force x",)
+    np.testing.assert_allclose(left.force[:, 2], G / 2 - pull * h / 2 / b, rtol=1e-12, atol=0)
+    # rounding of what rests is none of its energy
+    assert "balance within 1.0e+00" not in motion.summary()
+    assert next(row for row in motion.audit().rows if row.name == "energy").relative < 1e-14
+
+
+def test_brakes_that_hold_together_have_no_forces_of_their_own() -> None:
+    brakes = (mq.Friction(name, "slide", 1.0, 1.0) for name in ("a", "b"))
+    forces = mq.simulate(slider(*brakes), duration=0.1).guide_forces()
+    assert np.isnan(forces["R_a"]).all()
+    assert np.isnan(forces["R_b"]).all()
+
+
+@pytest.mark.slow
+def test_a_box_in_space_sticks_below_its_friction_and_slides_as_a_block() -> None:
+    """All corners slip one way, and lose mu g whatever their shares are."""
+    still = mq.simulate(box_on_floor(0.3, pull=2.9), q={"free_z": 0.1}, duration=0.1)
+    assert set(still.modes[-1].states.values()) == {"sticks"}
+    start = {"q": {"free_z": 0.1}, "v": {"free_vx": 0.6, "free_vy": 0.8}}
+    motion = mq.simulate(box_on_floor(0.3), **start, duration=0.3)  # type: ignore[arg-type]
+    assert {*motion.modes[0].states.values()} == {"slips"}
+    way = 0.3 - 0.3 * G * 0.3**2 / 2
+    np.testing.assert_allclose(motion.q[-1, :2], [0.6 * way, 0.8 * way], rtol=1e-10, atol=0)
+
+
+@pytest.mark.slow
+def test_a_box_that_turns_as_it_slides_is_refused() -> None:
+    """How its corners share its weight decides how much their friction turns it."""
+    start = {"q": {"free_z": 0.1}, "v": {"free_vx": 1.0, "free_wz": 2.0}}
+    with pytest.raises(mq.IntegrationError, match=r"modes? follow"):
+        mq.simulate(box_on_floor(0.3), **start, duration=0.1)  # type: ignore[arg-type]
+
+
+@pytest.mark.slow
+def test_contacts_that_begin_to_slip_in_space_at_once_are_refused_by_name() -> None:
+    with pytest.raises(mq.InputError, match=r"c0.*at once.*expected motion in a plane"):
+        mq.simulate(box_on_floor(0.3, pull=3.0), q={"free_z": 0.1}, duration=0.1)

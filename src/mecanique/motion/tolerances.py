@@ -117,7 +117,7 @@ BALANCED = 1e-13
 """Relative residuals of balances below `GROWTH` times this are never held against a motion."""
 
 UNCHANGED = 1e-14
-"""What changes a momentum by this part of it during the whole motion is rounding, 45 ε."""
+"""What changes a momentum or an energy by this part of it in the whole motion is rounding, 45 ε."""
 
 NO_MOMENTUM = 1e-9
 """A momentum below this part of the largest counts as zero: what cancels leaves such a rest."""

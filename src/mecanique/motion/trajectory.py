@@ -244,14 +244,16 @@ class Trajectory:
         return StateLaw(self.mechanism, self.reference).reactions(self.t, self.q, self.v)
 
     def _wrench(self, contact: Contact, t: Times | None) -> Wrench:
-        from mecanique.reference.engine.answers import BodyPoses, Wrench
+        from mecanique.reference.engine.answers import BodyPoses, Wrench, name_components
 
         assert self.corners is not None, "its contacts switch"
-        pushed = _at(self.corners.push(*self._states(t))[0][contact.name], t)
+        wrenches, loose, _ = self.corners.push(*self._states(t))
+        pushed = _at(wrenches[contact.name], t)
         x, y, z = self.mechanism.evaluate_all(contact.center)
         return Wrench(
             pushed[..., :3],
             pushed[..., 3:],
+            name_components(loose[contact.name]),
             parent=contact.on,
             child=contact.body,
             point=(x, y, z),
@@ -263,7 +265,7 @@ class Trajectory:
         """Return the forces of the elements that guide, by name: tensions of cords, shape (n,) [N].
 
         Of stops, capstans and friction in joints, too, by their letters in `derive_modes`: N_wall,
-        R_dry [N or N·m].
+        R_dry [N or N·m]; NaN where rigid bodies leave open how elements share what they hold.
 
         Args:
             t: times, shape (n,) [s]; the samples' by default.
@@ -271,7 +273,7 @@ class Trajectory:
         states = self._states(t)
         forces = StateLaw(self.mechanism, self.reference).guide_forces(*states)
         if self.corners is not None:
-            forces |= self.corners.push(*states)[1]
+            forces |= self.corners.push(*states)[2]
         return {name: _at(force, t) for name, force in forces.items()}
 
     def point(

@@ -29,13 +29,13 @@ from mecanique.reference.engine.answers import (
     Twist,
     Wrench,
     local_point,
+    name_components,
 )
 from mecanique.reference.engine.forces.elements import Guided, GuideReactions
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.engine.tree import EngineTree
 from mecanique.reference.loops.closed import (
-    COMPONENTS,
     Closed,
     Loaded,
     TransmittedWrenches,
@@ -1014,7 +1014,7 @@ class Reference(Dynamics):
             poses = self._tree.poses(states.q[0], states.v[0], float(states.t[0]))
             flags[: len(self.mechanism.joints)] |= self._guided.undetermined(poses[None])
         return {
-            end.name: _names_of(row)
+            end.name: name_components(row)
             for end, row in zip(self._ends, flags, strict=True)
             if row.any()
         }
@@ -1072,7 +1072,7 @@ class Reference(Dynamics):
             end.name: Wrench(
                 parts[..., k, 0, :],
                 parts[..., k, 1, :],
-                () if flags is None else _names_of(flags[k]),
+                () if flags is None else name_components(flags[k]),
                 parent=end.acting,
                 child=end.acted,
                 point=end.point,
@@ -1106,10 +1106,6 @@ def _name_actions(
     )
 
 
-def _names_of(flags: npt.NDArray[np.bool_]) -> tuple[str, ...]:
-    return tuple(name for name, loose in zip(COMPONENTS, flags, strict=True) if loose)
-
-
 def _forget(wrench: Wrench, loose: npt.NDArray[np.bool_], reason: str) -> Wrench:
     """Set the components that guides leave undetermined to NaN; the others become zero."""
     force, moment = (np.where(part, np.nan, 0.0) for part in (loose[:3], loose[3:]))
@@ -1117,6 +1113,6 @@ def _forget(wrench: Wrench, loose: npt.NDArray[np.bool_], reason: str) -> Wrench
         wrench,
         force=np.broadcast_to(force, wrench.force.shape).copy(),
         moment=np.broadcast_to(moment, wrench.moment.shape).copy(),
-        undetermined=_names_of(loose),
+        undetermined=name_components(loose),
         reason=reason,
     )

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from mecanique.arrays import Array, median
+from mecanique.arrays import Array, Flags, median
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.symbolic.derivation import Assumption
@@ -33,7 +33,6 @@ from mecanique.model.states import States
 from mecanique.model.values import whole
 from mecanique.wording import say_count
 
-Flags = npt.NDArray[np.bool_]
 _NEAR = 1e-2
 """Lengths below this part of the typical length count as zero."""
 

@@ -15,6 +15,7 @@ from mecanique.motion.compile.along import StateLaw, StateSums, compute
 from mecanique.motion.compile.python import vectorize
 from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.record.quadrature import integral
+from mecanique.motion.tolerances import UNCHANGED
 from mecanique.motion.trajectory import states_at, stretches_of
 from mecanique.wording import Legible
 
@@ -68,9 +69,13 @@ class Energies(Legible):
 
     @cached_property
     def scale(self) -> float:
-        """What errors are compared with: kinetic energy, range of the potential, and work."""
+        """What errors are compared with: kinetic energy, range of the potential, and work.
+
+        At rest these are rounding, and it is the potential.
+        """
         size = float(self.kinetic.max() + np.ptp(self.potential) + np.abs(self.work).max())
-        return size if size > 0 else 1.0
+        stored = float(np.abs(self.potential).max())
+        return size if size > UNCHANGED * stored else stored or 1.0
 
 
 def energies(motion: Trajectory, times: np.ndarray) -> Energies:

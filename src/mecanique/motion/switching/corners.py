@@ -12,14 +12,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
-from math import inf
+from math import inf, nan
 from typing import ClassVar, NoReturn, TypeVar, final
 
 import numpy as np
 
-from mecanique.arrays import Array
+from mecanique.arrays import Array, Flags
 from mecanique.derivation.mechanics.switching import (
-    CLOSED,
     OPEN,
     SLIPS,
     STICKS,
@@ -274,6 +273,17 @@ class Corners:
             raise UndecidedError(
                 f"the mode {self.describe(mode)} has no accelerations at t = {t:.6g} s", 0
             )
+        if solution.redundant:
+            # directions in which slip ends are rounding
+            slip = max(
+                (abs(terms.rates[rows]).max() for rows in self.rubbing.values()), default=0.0
+            )
+            if self.laws.find_moved(terms, solution) * slip > self.still_speed(terms, v):
+                raise UndecidedError(
+                    f"how contacts share their forces, which is undetermined, decides how bodies "
+                    f"move at t = {t:.6g} s, as they slip in different directions",
+                    0,
+                )
         return solution
 
     def forces(self, t: float, q: Array, v: Array) -> tuple[Terms, Array]:
@@ -281,25 +291,38 @@ class Corners:
         terms = self.rows.at(q, v, t)
         return terms, self._solve(terms, v, t).forces
 
-    def push(self, t: Array, q: Array, v: Array) -> tuple[dict[str, Array], dict[str, Array]]:
+    def push(
+        self, t: Array, q: Array, v: Array
+    ) -> tuple[dict[str, Array], dict[str, Flags], dict[str, Array]]:
         """Return what elements do along a motion, by name.
 
-        The wrenches of contacts on their bodies, about their centers, shape (n, 6), world axes;
-        and the forces of elements in joints by their letters, such as R_dry, shape (n,).
+        The wrenches of contacts on their bodies, about their centers, shape (n, 6), world axes, and
+        which of their components elements share in any way, shape (6,); and the forces of elements
+        in joints by their letters, such as R_dry, shape (n,), NaN where they are shared.
         """
-        wrenches, along = dict[str, list[Array]](), dict[str, list[float]]()
+        contacts = [e for e in self.mechanism.switching if isinstance(e, Contact)]
+        wrenches: dict[str, list[Array]] = {contact.name: [] for contact in contacts}
+        loose = {name: np.zeros(6, dtype=bool) for name in wrenches}
+        along = dict[str, list[float]]()
         for moment, position, velocity in zip(t.tolist(), q, v, strict=True):
-            forces = self.forces(moment, position, velocity)[1]
-            parts = self.rows.contact_wrenches(position, moment, forces) if self.rows.names else {}
+            solution = self._solve(self.rows.at(position, velocity, moment), velocity, moment)
+            ways = [solution.forces, *solution.spread.T]
+            least = REDUNDANT * np.abs(solution.spread).max(initial=0.0)
+            parts = [self.rows.contact_wrenches(position, moment, way) for way in ways if contacts]
+            for its in contacts:
+                both = [sum(part[its.name, its.body, kind] for kind in _KINDS) for part in parts]
+                wrenches[its.name].append(both[0])
+                for share in both[1:]:
+                    loose[its.name] |= np.abs(share) > least
             for element, rows in zip(self.mechanism.switching, self.elements, strict=True):
                 if isinstance(element, Contact):
-                    both = (parts[element.name, element.body, kind] for kind in _KINDS)
-                    wrenches.setdefault(element.name, []).append(sum(both, np.zeros(6)))
                     continue
                 for name, row in zip(name_forces(element, 0), rows.rows, strict=True):
-                    along.setdefault(name, []).append(float(forces[row]))
+                    shared = bool((np.abs(solution.spread[row : row + 1]) > least).any())
+                    along.setdefault(name, []).append(nan if shared else solution.forces[row])
         return (
             {name: np.array(values) for name, values in wrenches.items()},
+            loose,
             {name: np.array(values) for name, values in along.items()},
         )
 
@@ -447,7 +470,8 @@ class Corners:
         touching = [self._is_touching(terms, i, mode[i]) for i in range(len(self.elements))]
         forbidden, spent = frozenset[tuple[int, str]](), None
         solution = self.laws.solve(terms, mode)
-        shared = solution is not None and solution.redundant and state.name in (STICKS, CLOSED)
+        yields = state.name == STICKS if which else state.name != OPEN
+        shared = solution is not None and solution.redundant and yields
         shared = shared and self._is_inside(terms, k)
         if not self._at_once:
             self._ended = frozenset()

@@ -224,7 +224,18 @@ class Laws:
                 beginning.add(k)
         drive = accelerate(terms, self.elements)
         solutions = self._solve_all(terms, choices, drive, near, beginning, 0.0, ended)
-        return _distinct(_prefer_sticking(self, terms, solutions), terms)
+        solutions = _prefer_sticking(self, terms, solutions)
+        # of shares of the same forces among contacts the one in which all press that can
+        rubbing = [row for e in self.elements if e.normal is None for row in e.rows]
+        sharing = [
+            s
+            for s in solutions
+            if s.redundant
+            and not np.abs(s.spread[rubbing]).max(initial=0.0) > REDUNDANT * np.abs(s.spread).max()
+            and self._find_spare(terms, s, drive) > 0
+        ]
+        sharing.sort(key=lambda solution: sum(state.name == OPEN for state in solution.mode))
+        return _distinct([*sharing, *solutions], terms)
 
     def _solve_all(
         self,
@@ -238,13 +249,26 @@ class Laws:
     ) -> list[ModeSolution]:
         """Return the solutions of all modes whose conditions are met."""
         self._refuse_many(choices)
-        return [
-            solution
-            for mode in product(*choices)
-            if mode not in ended
-            for solution in self._in_space(terms, mode, drive)
-            if self._is_sound(terms, solution, drive, near, beginning, still)
-        ]
+        solutions, several = list[ModeSolution](), list[int]()
+        for mode in product(*choices):
+            begin = [
+                k for k, state in enumerate(mode) if state.name == SLIPS and not state.direction
+            ]
+            if len(begin) > 1:
+                several = begin
+            elif mode not in ended:
+                solutions += (
+                    solution
+                    for solution in self._in_space(terms, mode, drive, begin)
+                    if self._is_sound(terms, solution, drive, near, beginning, still)
+                )
+        if several and not solutions:
+            names = ", ".join(repr(self.elements[k].name) for k in several)
+            raise InputError(
+                f"contacts {names} may begin to slip in space at once, which is not treated: only "
+                "one at a time is; expected motion in a plane, or no friction in all but one"
+            )
+        return solutions
 
     def candidates(
         self, terms: Terms, element: ElementRows, touches: bool, still: float
@@ -282,21 +306,16 @@ class Laws:
                 "counted one by one; expected fewer elements that switch at once"
             )
 
-    def _in_space(self, terms: Terms, mode: Mode, drive: ModeProblem) -> Iterator[ModeSolution]:
+    def _in_space(
+        self, terms: Terms, mode: Mode, drive: ModeProblem, begin: Sequence[int]
+    ) -> Iterator[ModeSolution]:
         """Yield the solutions of a mode, for each direction in which a contact begins to slip."""
-        unknown = [k for k, s in enumerate(mode) if s.name == SLIPS and not s.direction]
-        if not unknown:
+        if not begin:
             solution = solve(terms, self.elements, mode, drive, self.permanent)
             if solution is not None:
                 yield solution
             return
-        if len(unknown) > 1:
-            names = ", ".join(repr(self.elements[k].name) for k in unknown)
-            raise InputError(
-                f"contacts {names} may begin to slip in space at once, which is not treated: only "
-                "one at a time is"
-            )
-        (k,) = unknown
+        (k,) = begin
         tangents = list(self.elements[k].tangents)
 
         def at(angle: float) -> ModeSolution | None:
@@ -346,7 +365,10 @@ class Laws:
         free = np.linalg.solve(terms.mass, drive.load)
         size = np.abs(J) @ (np.abs(a) + np.abs(free)) + np.abs(drive.wanted) + still
         pull = float(np.abs(forces).max(initial=0.0)) + _typical_force(terms, drive)
-        if solution.redundant and self._find_spare(terms, solution, drive) < -SLACK * pull:
+        if solution.redundant and (
+            self.find_moved(terms, solution) > SLACK
+            or self._find_spare(terms, solution, drive) < -SLACK * pull
+        ):
             return False
         limits = drive.sticking, drive.holds
         left = list_margins(self.elements, solution.mode, (gained, gained), forces, limits, hypot)
@@ -368,6 +390,15 @@ class Laws:
             if state.name == STICKS and rubs < -SLACK * pull:
                 return False
         return True
+
+    def find_moved(self, terms: Terms, solution: ModeSolution) -> float:
+        """Return by what part of them accelerations depend on how redundant forces are shared.
+
+        They do where contacts share what presses and slip in different directions.
+        """
+        ways = np.linalg.solve(terms.mass, terms.jacobian.T)
+        most = (np.abs(ways) @ np.abs(solution.spread)).max(initial=0.0)
+        return float(np.abs(ways @ solution.spread).max(initial=0.0) / (most + TINY))
 
     def _find_spare(self, terms: Terms, solution: ModeSolution, drive: ModeProblem) -> float:
         """Return the least reserve of normal forces and static friction under the best share.

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TypeAlias, final
+from typing import final
 
 import numpy as np
-import numpy.typing as npt
 
-from mecanique.arrays import Array
+from mecanique.arrays import Array, Flags
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.switching import (
     Terms,
@@ -31,8 +30,6 @@ from mecanique.motion.record.rates import Rates
 from mecanique.motion.tolerances import IDLE
 from mecanique.program.tape import Value
 from mecanique.program.traced import values_of
-
-Flags: TypeAlias = npt.NDArray[np.bool_]
 
 
 @final

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeAlias, final
 
 import numpy as np
 
-from mecanique.arrays import Array
+from mecanique.arrays import Array, Flags
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.placement import vector
 from mecanique.reference.tolerances import PARALLEL
@@ -147,6 +147,12 @@ class BodyPoses:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
+
+
+def name_components(flags: Flags) -> tuple[str, ...]:
+    """Return the names of components of a wrench that are flagged, shape (6,)."""
+    names = (f"{kind} {axis}" for kind in ("force", "moment") for axis in "xyz")
+    return tuple(name for name, flagged in zip(names, flags, strict=True) if flagged)
 
 
 @final

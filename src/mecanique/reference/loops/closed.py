@@ -76,10 +76,6 @@ def _root(inertia: Array) -> Array:
     return root
 
 
-COMPONENTS = tuple(f"{kind} {axis}" for kind in ("force", "moment") for axis in "xyz")
-"""The components of a wrench, world axes."""
-
-
 class TransmittedWrenches(NamedTuple):
     """The wrenches of joints and loops."""
 
