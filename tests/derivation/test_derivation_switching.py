@@ -31,6 +31,7 @@ from mecanique.derivation.mechanics.switching import (
     name_mode,
     solve_held,
 )
+from mecanique.derivation.printing.writers import Text
 from mecanique.program.evaluation import evaluate
 from mecanique.program.traced import values_of
 
@@ -429,3 +430,19 @@ def test_two_sides_meet_in_an_edge_where_one_falls_off_behind_the_other(
         found = list_elements(mechanism, rows, mechanism.evaluate)
         expected = [(3,), (0,)] if fall > 0 else [(), ()]
         assert [element.edges for element in found] == expected, fall
+
+
+def test_a_cord_over_a_drum_sticks_by_the_ratio_of_its_tensions() -> None:
+    modes = mq.derive_modes(mq.textbook.load("capstan"))
+    assert "sticks if |log(m_1/m_2)| ≤ phi mu" in modes["sticks"].conditions
+    assert modes["slips +"].write(Text())[0] == (
+        "x'' = g (m_1 - m_2 exp(phi mu))/(m_1 + m_2 exp(phi mu))"
+    )
+
+
+def test_corners_that_slip_alike_are_never_in_different_states() -> None:
+    """They were given conditions that exclude each other, as x' > 0 and x' < 0."""
+    never = ("never, as left and right slip alike",)
+    for mode in mq.derive_modes(mq.textbook.load("rocking_block")).modes:
+        both = set(mode.states.values())
+        assert (mode.conditions == never) == (len(both) == 2 and "open" not in both)

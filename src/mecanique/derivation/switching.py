@@ -14,7 +14,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from html import escape
-from itertools import product
+from itertools import combinations, product
 from math import prod
 from typing import Any, Literal, NamedTuple, final
 
@@ -45,7 +45,7 @@ from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import DerivationError
-from mecanique.model.constraints.friction import Contact, Friction, Stop, Switching
+from mecanique.model.constraints.friction import Capstan, Contact, Friction, Stop, Switching
 from mecanique.model.expression import plain, symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import add_unit
@@ -434,6 +434,8 @@ def derive_modes(
         ]
         for forces, state in chosen_states:
             held += _list_conditions(forces, state, written, place)
+        if alike := _find_conflict(chosen_states, place):
+            held = [ModeCondition(f"never, as {alike} slip alike")]
         held += _explain_letters(letters, [*written.values(), *(part.left for part in held)])
         say = partial(_write_decimals, everywhere=bool(decimals))
         inserted = letters | {symbol: solution[symbol] for symbol in symbols if symbol in solution}
@@ -671,6 +673,21 @@ def _find_place(
     return {}
 
 
+def _find_conflict(states: Sequence[tuple[_ElementForces, str]], place: Mapping[Any, Any]) -> str:
+    """Return two elements whose slips are alike and whose states are not; "" if there are none."""
+    signs = {STICKS: 0, FORWARD: 1, BACKWARD: -1}
+    rubbing = [
+        (forces.element.name, _put(forces.tangents[0].rate, place), signs[state])
+        for forces, state in states
+        if len(forces.tangents) == 1 and state in signs
+    ]
+    for (a, slip, sign), (b, other, its_sign) in combinations(rubbing, 2):
+        ratio = _shorten(slip / other) if slip.free_symbols == other.free_symbols != set() else slip
+        if ratio.is_number and sign * (1 if ratio > 0 else -1) != its_sign and ratio != 0:
+            return f"{a} and {b}"
+    return ""
+
+
 def _put(value: Any, place: Mapping[Any, Any]) -> Any:
     """Return a formula at a place."""
     return _shorten(value.subs(place)) if place and value.free_symbols & place.keys() else value
@@ -849,7 +866,7 @@ def _list_conditions(
     forces: _ElementForces, state: str, solution: dict[Any, Any], place: Mapping[Any, Any]
 ) -> Iterator[ModeCondition]:
     """Yield when an element is in a state."""
-    from sympy import sqrt
+    from sympy import log, sqrt
 
     element, normal, tangents = forces
     ends = isinstance(element, Contact) and element.ends
@@ -901,7 +918,11 @@ def _list_conditions(
         if load == 0:
             yield ModeCondition("sticks if", needed, "=", 0)
             return
-        ratio = _drop_sign(_shorten(needed / load))
+        if isinstance(element, Capstan):  # of its tensions N ∓ R/2 (Euler)
+            tensions = _shorten((2 * load - needed) / (2 * load + needed))
+            ratio, limit = log(tensions), element.mu_static * element.wrap
+        else:
+            ratio = _drop_sign(_shorten(needed / load))
         if (holds := _compare(abs(ratio), "≤", limit)) is None:
             yield ModeCondition("sticks if", ratio, "≤", limit, sized=True)
         elif holds:

@@ -190,10 +190,11 @@ class Capstan(Rubbing, Striking):
     @property
     def coefficients(self) -> tuple[Scalar, Scalar]:
         """The difference of the tensions where it slips, or may slip, at a mean of one newton."""
-        from sympy import tanh
+        from sympy import exp
 
-        # (e^u − 1)/(e^u + 1), in one function that sympy's polynomials take as a letter
-        return 2 * tanh(self.mu * self.wrap / 2), 2 * tanh(self.mu_static * self.wrap / 2)
+        ratios = exp(self.mu * self.wrap), exp(self.mu_static * self.wrap)
+        kinetic, static = (2 * (ratio - 1) / (ratio + 1) for ratio in ratios)
+        return kinetic, static
 
     @property
     def pressed_by(self) -> str:
