@@ -45,7 +45,7 @@ from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import DerivationError
-from mecanique.model.constraints.friction import Capstan, Contact, Friction, Stop, Switching
+from mecanique.model.constraints.friction import Contact, Friction, Stop, Switching
 from mecanique.model.expression import plain, symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism_units import add_unit
@@ -918,9 +918,9 @@ def _list_conditions(
         if load == 0:
             yield ModeCondition("sticks if", needed, "=", 0)
             return
-        if isinstance(element, Capstan):  # of its tensions N ∓ R/2 (Euler)
-            tensions = _shorten((2 * load - needed) / (2 * load + needed))
-            ratio, limit = log(tensions), element.mu_static * element.wrap
+        if (grip := getattr(element, "grip", None)) is not None:  # of tensions N ∓ R/2 (Euler)
+            ratio = log(_shorten((2 * load - needed) / (2 * load + needed)))
+            limit = grip
         else:
             ratio = _drop_sign(_shorten(needed / load))
         if (holds := _compare(abs(ratio), "≤", limit)) is None:

@@ -192,9 +192,14 @@ class Capstan(Rubbing, Striking):
         """The difference of the tensions where it slips, or may slip, at a mean of one newton."""
         from sympy import exp
 
-        ratios = exp(self.mu * self.wrap), exp(self.mu_static * self.wrap)
+        ratios = exp(self.mu * self.wrap), exp(self.grip)
         kinetic, static = (2 * (ratio - 1) / (ratio + 1) for ratio in ratios)
         return kinetic, static
+
+    @property
+    def grip(self) -> Scalar:
+        """The logarithm up to which the ratio of its tensions holds it."""
+        return self.mu_static * self.wrap
 
     @property
     def pressed_by(self) -> str:

@@ -8,6 +8,7 @@ from typing import Protocol, TypeAlias, cast, final
 
 import numpy as np
 
+from mecanique.arrays import Flags
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.expression import Scalar, compile_scalars, finite, plain
 from mecanique.model.mechanism import Mechanism
@@ -241,8 +242,8 @@ class Switches(Protocol):
 
     def push(
         self, t: np.ndarray, q: np.ndarray, v: np.ndarray
-    ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-        """Return the wrenches of contacts, and the forces of elements in joints, by name."""
+    ) -> tuple[dict[str, np.ndarray], dict[str, Flags], dict[str, np.ndarray]]:
+        """Return wrenches of contacts, which parts are shared, and forces in joints, by name."""
 
     def powers(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return the heat of each of them, then the power of all elements, shape (n, k) [W]."""

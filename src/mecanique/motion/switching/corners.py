@@ -310,9 +310,10 @@ class Corners:
             least = REDUNDANT * np.abs(solution.spread).max(initial=0.0)
             parts = [self.rows.contact_wrenches(position, moment, way) for way in ways if contacts]
             for its in contacts:
-                both = [sum(part[its.name, its.body, kind] for kind in _KINDS) for part in parts]
-                wrenches[its.name].append(both[0])
-                for share in both[1:]:
+                acting = [part[its.name, its.body, kind] for kind in _KINDS for part in parts]
+                pushed, *shares = np.array(acting).reshape(2, -1, 6).sum(axis=0)
+                wrenches[its.name].append(pushed)
+                for share in shares:
                     loose[its.name] |= np.abs(share) > least
             for element, rows in zip(self.mechanism.switching, self.elements, strict=True):
                 if isinstance(element, Contact):
