@@ -88,33 +88,39 @@ class Conversion(Legible):
 
     @property
     def proved(self) -> bool:
-        """Whether the result, but for what is lost, says what the source says."""
-        differs = any(reading.differs for reading in self.readings)
-        return self.worst <= _ALIKE and not differs and not self._refusing
+        """Whether the result says what the source says, to an engine of its format, too."""
+        return self.worst <= _ALIKE and not self._doubt
 
     @property
-    def _refusing(self) -> list[str]:
-        """The engines that refuse the result, unless another reads it."""
+    def differs(self) -> bool:
+        """Whether the result is not proved, for other causes than that no engine is installed."""
+        return not self.worst <= _ALIKE or bool(self._doubt and self._asked)
+
+    @property
+    def _asked(self) -> bool:
+        """Whether an engine of the format has said something of the result."""
+        return any(reading.worst is not None or reading.refused for reading in self.readings)
+
+    @property
+    def _doubt(self) -> str:
+        """Why an engine's reading proves nothing; empty if it does."""
+        otherwise = [reading.engine for reading in self.readings if reading.differs]
+        refusing = [reading.engine for reading in self.readings if reading.refused]
+        if otherwise:
+            return f"read otherwise by {' and '.join(otherwise)}"
         if any(reading.worst is not None for reading in self.readings):
-            return []
-        return [reading.engine for reading in self.readings if reading.refused]
+            return ""
+        if refusing:
+            return f"refused by {' and '.join(refusing)}"
+        return f"no engine of {self.form} itself is installed, mecanique alone read the result"
 
     def __str__(self) -> str:
         lines = [f"{self.form} cannot express: {line}" for line in self.lost]
-        for reading in self.readings:
+        for reading in self.readings if self._asked else ():
             lines += reading.sentences() or [f"{reading.engine} reads the result alike."]
-        if not any(reading.worst is not None or reading.refused for reading in self.readings):
-            lines.append(
-                f"No engine of {self.form} itself is installed; mecanique read the result."
-            )
         rest = " but for what is listed" if self.lost else ""
         verdict = "differs from" if self.worst > _ALIKE else "says the same as"
-        otherwise = [reading.engine for reading in self.readings if reading.differs]
-        doubt = ""
-        if self._refusing:
-            doubt = f"; not proved: refused by {' and '.join(self._refusing)}"
-        elif otherwise:
-            doubt = f"; not proved: read otherwise by {' and '.join(otherwise)}"
+        doubt = f"; not proved: {self._doubt}" if self._doubt else ""
         lines.append(
             f"The {self.form} {verdict} the source{rest}: "
             f"largest relative difference {self.worst:.1e} at {self.states} states{doubt}."

@@ -378,6 +378,24 @@ def test_an_engine_that_refuses_the_result_is_not_said_to_be_missing() -> None:
     assert not conversion.proved
 
 
+@pytest.mark.parametrize("form", SCOPES)
+def test_without_an_engine_of_the_format_nothing_is_proved(
+    form: Form, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(room, "find_spec", lambda _: None)
+    conversion = mq.convert(mq.textbook.load("rigid_bar_pendulum"), form, states=5)
+    assert conversion.worst < 1e-12
+    assert not conversion.proved
+    assert not conversion.differs
+    assert str(conversion).endswith(
+        f"; not proved: no engine of {form} itself is installed, mecanique alone read the result."
+    )
+    file = tmp_path / f"result{SCOPES[form].suffixes[0]}"
+    run = CliRunner().invoke(app, ["convert", "rigid_bar_pendulum", "-o", str(file)])
+    assert (run.exit_code, "not proved: no engine" in run.stdout) == (0, True)
+    assert replace(conversion, worst=1e-3).differs
+
+
 @pytest.mark.engine
 def test_one_engine_that_reads_the_result_alike_is_enough() -> None:
     pytest.importorskip("mujoco")
@@ -456,20 +474,14 @@ def test_a_body_free_above_what_is_welded_is_free_in_the_world(
 ) -> None:
     """Both formats count from the world; MuJoCo refuses a free joint inside of another body."""
     place = mq.Placement(xyz, xyz)
-    bodies: tuple[mq.Body, ...] = (
-        mq.Body("world"),
-        mq.Body("base"),
-        mq.Body("top", mq.box(2.0, (0.1, 0.2, 0.3))),
-    )
-    joints: tuple[mq.Joint, ...] = (
-        mq.Fixed("weld", "world", "base", origin=place),
-        mq.Floating("top", "base", "top"),  # called as its link
-    )
-    if not welded:
-        bodies, joints = (bodies[0], bodies[2]), (mq.Floating("top", "world", "top", origin=place),)
-    conversion = mq.convert(
-        mq.Mechanism("spinning", bodies, joints, ground="world"), form, states=5
-    )
+    world, top = mq.Body("world"), mq.Body("top", mq.box(2.0, (0.1, 0.2, 0.3)))
+    free = mq.Floating("top", "world", "top", origin=place)  # called as its link
+    spinning = mq.Mechanism("spinning", (world, top), (free,), ground="world")
+    if welded:
+        weld = mq.Fixed("weld", "world", "base", origin=place)
+        joints = weld, mq.Floating("top", "base", "top")
+        spinning = replace(spinning, bodies=(world, mq.Body("base"), top), joints=joints)
+    conversion = mq.convert(spinning, form, states=5)
     counted = ("joint top: its coordinates count from the world's frame",)
     assert conversion.lost == (counted if any(xyz) else ())
     assert conversion.proved

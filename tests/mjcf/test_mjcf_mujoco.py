@@ -40,6 +40,7 @@ TEXTS = {
     "capsule": body(HINGE + '<geom type="capsule" size="0.1 0.4" zaxis="1 2 3"/>'),
     "box of two points": body(HINGE + '<geom type="box" size="0.1" fromto="0 0 0 0 -1 -2"/>'),
     "down": body(HINGE + '<geom type="cylinder" size="0.1" fromto="0 0 1 0 0 0"/>'),
+    "contacts that pull": body(HINGE + GEOM.replace("<geom", '<geom adhesion="1.5" gap="0.1"')),
     "several": body(HINGE + GEOM + '<geom size="0.2" pos="-0.3 0 0"/>'),
     "inertial": body(
         HINGE

@@ -164,7 +164,7 @@ def convert(chosen: Chosen, output: Path) -> None:
 
     The result is read again, by mecanique and by the format's engines where they are installed, and
     compared with the source at 100 random states. What the format cannot express is listed.
-    The exit code is 1 if the result differs.
+    The exit code is 1 if the result differs, or an engine refuses it.
     """
     from mecanique.formats.scope import SCOPES
 
@@ -177,7 +177,7 @@ def convert(chosen: Chosen, output: Path) -> None:
     say(str(conversion))
     chosen.tell_omissions()
     inform(f"Wrote {output}")
-    if not conversion.proved:
+    if conversion.differs:
         raise Exit(1)
 
 

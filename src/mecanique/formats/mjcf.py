@@ -124,7 +124,8 @@ _READ = {
     "freejoint": "name align | group user",
     "geom": "name class type size pos fromto mass density shellinertia group rgba mesh quat "
     "axisangle xyaxes zaxis euler | contype conaffinity condim priority friction solmix solref "
-    "solimp margin gap material hfield user fluidshape fluidcoef fitscale surfacevel",
+    "solimp margin gap material hfield user fluidshape fluidcoef fitscale surfacevel "
+    "adhesion",
     "attach": "model body frame prefix",
     "frame": "name childclass pos quat axisangle xyaxes zaxis euler",
     "replicate": "count offset euler sep childclass",

@@ -173,9 +173,9 @@ def list_omissions(mechanism: Mechanism, form: Form) -> tuple[str, ...]:
     light = sum(is_light(mechanism, joint, form) for joint in moved)
     massless = say_count(light, "body", "bodies")
     more = f"{massless} without mass: {form} has none, each has {THICKENED:g} kg and kg·m² more"
-    told: tuple[str, ...] = (more,) if light else ()
     placed = (j for j in mechanism.joints if isinstance(j, Floating) and j.origin != Placement())
-    told += tuple(f"joint {j.name}: its coordinates count from the world's frame" for j in placed)
+    told = tuple(f"joint {j.name}: its coordinates count from the world's frame" for j in placed)
+    told += (more,) if light else ()
     if form == "SDF":
         return told
     bounds = [joint.limits for joint in mechanism.joints if isinstance(joint, Single)]
