@@ -218,7 +218,7 @@ def _number(values: Collection[object]) -> float | str:
     for value in values:
         number = _read(value)
         if number is None:
-            return f"is no number but {value!r}"
+            return f"is no number but {repr(value)[:60]}"
         numbers.add(number)
     if len(numbers) == 1:
         return numbers.pop()
