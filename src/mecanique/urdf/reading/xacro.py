@@ -18,6 +18,7 @@ import sys
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import cache
 from importlib import import_module
 from itertools import count
 from pathlib import Path
@@ -38,6 +39,7 @@ _MOST_CALLS = 10_000
 """How often macros may be called: forty that call the next one twice are so 10¹² times."""
 _SECONDS, _GIBIBYTES = 60.0, 4
 """In what time [s] and memory a file is expanded; Windows and macOS do not bound the memory."""
+_LOCK = Lock()
 _ARGUMENT = re.compile(r"\$\(arg\s+([^\s)]+)\s*\)")
 _UNKNOWN = re.compile(r"unknown macro name: (\S+)")
 _PARAMETERS = re.compile(r"(Undefined parameters|Invalid parameter) \W(\w+)")
@@ -235,45 +237,30 @@ def _read(value: object) -> float | None:
     return number if math.isfinite(number) else None
 
 
-@final
-class _Expander:
-    """A process that expands one file after the other, as long as each ends."""
+@cache
+def _start(owner: int) -> subprocess.Popen[bytes]:
+    """Start the process that expands the files of a process, which shares none with its forks."""
+    command = new_interpreter("from mecanique.urdf.reading.xacro import serve; serve()")
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    atexit.register(process.__exit__, None, None, None)
+    return process
 
-    def __init__(self) -> None:
-        self._lock = Lock()
-        self._process: subprocess.Popen[bytes] | None = None
-        self._owner = 0
 
-    def ask(self, *request: object) -> Any:
-        """Return the answer to a request; raise an EOFError if the process ends instead."""
-        with self._lock:
-            if self._process is None or self._owner != os.getpid():  # one of before a fork
-                command = new_interpreter("from mecanique.urdf.reading.xacro import serve; serve()")
-                pipe = subprocess.PIPE
-                self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe)
-                self._owner = os.getpid()
-            process = self._process
-            assert process.stdin, "it is a pipe"
-            assert process.stdout, "it is a pipe"
-            try:
-                pickle.dump(request, process.stdin)
-                process.stdin.flush()
-                return pickle.load(process.stdout)
-            except BaseException:  # an answer that comes later would be another's
-                process.kill()
-                self.close()
-                raise
-
-    def close(self) -> None:
-        """End the process."""
-        process, self._process = self._process, None
-        if process is not None and self._owner == os.getpid():
+def _ask(*request: object) -> Any:
+    """Return the answer to a request; raise an EOFError if the process ends instead."""
+    with _LOCK:
+        process = _start(os.getpid())
+        assert process.stdin, "it is a pipe"
+        assert process.stdout, "it is a pipe"
+        try:
+            pickle.dump(request, process.stdin)
+            process.stdin.flush()
+            return pickle.load(process.stdout)
+        except BaseException:  # an answer that comes later would be another's
+            _start.cache_clear()
             with suppress(OSError), process:
-                pass
-
-
-_EXPANDER = _Expander()
-atexit.register(_EXPANDER.close)
+                process.kill()
+            raise
 
 
 def serve() -> None:
@@ -285,26 +272,21 @@ def serve() -> None:
         bounds.setrlimit(bounds.RLIMIT_AS, (_GIBIBYTES * 2**30, whole))
     with suppress(EOFError, KeyboardInterrupt), open(os.devnull, "w", encoding="utf-8") as nowhere:
         while True:
-            seconds, *request = pickle.load(sys.stdin.buffer)
+            seconds, folder, environment, name, *given = pickle.load(sys.stdin.buffer)
             faulthandler.dump_traceback_later(seconds, exit=True, file=nowhere)
-            answer = _answer(*request)
+            os.chdir(folder)
+            os.environ.clear()
+            os.environ.update(environment)
+            answer = _answer(name, *given)
             faulthandler.cancel_dump_traceback_later()
             pickle.dump(answer, answers)
             answers.flush()
 
 
 def _answer(
-    folder: str,
-    environment: Mapping[str, str],
-    name: str,
-    given: Mapping[str, str],
-    letters: Letters | None,
-    search: MeshSearch,
+    name: str, given: Mapping[str, str], letters: Letters | None, search: MeshSearch
 ) -> object:
     """Return what `expand` asks for: text, places, numbers and findings; or what to raise."""
-    os.chdir(folder)
-    os.environ.clear()
-    os.environ.update(environment)
     report, values = Report(name), XacroValues(given, letters or {})
     try:
         text, places = _expand(Path(name), values, search, report) or (None, None)
@@ -331,7 +313,7 @@ def expand(
     """
     place = os.getcwd(), dict(os.environ), str(file)
     try:
-        answer = _EXPANDER.ask(_SECONDS, *place, dict(arguments), letters, search)
+        answer = _ask(_SECONDS, *place, dict(arguments), letters, search)
     except (EOFError, BrokenPipeError):
         said = f"xacro does not expand it within {_SECONDS:g} s and {_GIBIBYTES} GiB of memory"
         remedy = "Its expressions are programs; mend what runs so long."
