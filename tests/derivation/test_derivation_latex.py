@@ -185,6 +185,10 @@ def test_short_formulas_are_aligned_at_the_sign_of_equality() -> None:
             r"$\arcsin(q / (2 l))$.",
         ),
         ("a rod of length a, sides a and b > a", r"a rod of length $a$, sides $a$ and $b > a$"),
+        (
+            "leaves 1 - 3/2 sin(a)^2 or (b + h)^2 of it",
+            r"leaves $1 - 3/2 \sin(a)^{2}$ or $(b + h)^{2}$ of it",
+        ),
         ("for |q| < 4 l² and x = ±R only", r"for $|q| < 4 l^{2}$ and $x = \pm R$ only"),
         ("y = sqrt(l² - x²) at (-l sin(q), 0)", r"$y = \sqrt{l^{2} - x^{2}}$ at ($-l \sin(q)$, 0)"),
         ("the sun turns by (sun - arm) l/R", r"the sun turns by $(\text{sun} - \text{arm}) l/R$"),
@@ -260,3 +264,7 @@ def test_a_point_with_a_prime_is_no_rate() -> None:
     page = to_html(words, names)
     assert "<msup><mi>B</mi><mo>′</mo></msup>" in page
     assert page.count("˙") == 1
+
+
+def test_a_power_after_brackets_is_raised_on_a_page() -> None:
+    assert to_html("leaves 3/2 sin(a)^2 of it").endswith(")<sup>2</sup> of it")

@@ -147,7 +147,7 @@ class _Sentence:
             elif token.kind == "slope":
                 said = _DIFFERENTIAL.sub(self._set_differential, token.text)
             out += [" " if token.apart else "", said]
-        return "".join(out)
+        return re.sub(r"\)\^(\d)", r")<sup>\1</sup>", "".join(out))
 
     def _set_differential(self, differential: re.Match[str]) -> str:
         """Return dφ or ∂φ with its letter in MathML; other words that begin with d as they are."""
@@ -241,9 +241,17 @@ class _Sentence:
         if sums and (inner.related or not inner.joined or not inner.lettered):
             return None
         whole = f"{self._text(at)}{inner.latex}{close}"
-        end = inner.end + 1
-        power = "" if self._apart(end) else _POWERS.get(self._text(end), "")
-        return _Part(whole + power, end + bool(power), inner.lettered, joined=True)
+        power, end = self._read_power(inner.end + 1)
+        return _Part(whole + power, end, inner.lettered, joined=True)
+
+    def _read_power(self, at: int) -> tuple[str, int]:
+        """Return an exponent after brackets, ² or ^2, and the index of the token after it."""
+        sign, digits = self._text(at), self._text(at + 1)
+        if not self._apart(at) and sign in _POWERS:
+            return _POWERS[sign], at + 1
+        if not (self._apart(at) or self._apart(at + 1)) and sign == "^" and digits.isdigit():
+            return f"^{{{digits}}}", at + 2
+        return "", at
 
     def _read_call(self, at: int) -> _Part | None:
         """Read a function with its argument."""
@@ -257,9 +265,8 @@ class _Sentence:
         writer, argument = Latex(), inner.latex
         letter = f"{writer.letter(name, False, '')}({argument})"
         written = writer.call(name, argument, "") if name in _CALLED else letter
-        end = inner.end + 1
-        power = "" if self._apart(end) else _POWERS.get(self._text(end), "")
-        return _Part(written + power, end + bool(power), lettered=True)
+        power, end = self._read_power(inner.end + 1)
+        return _Part(written + power, end, lettered=True)
 
     def _letter(self, at: int, within: bool) -> _Part | None:
         """Read a letter: a symbol, a point or an axis."""

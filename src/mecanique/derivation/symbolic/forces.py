@@ -124,6 +124,23 @@ def find_potential(algebra: Algebra, load: Work) -> Work:
     return replace(load, kind="potential", scalar=V, stated=False)
 
 
+def find_potentials(algebra: Algebra, works: Iterable[Work]) -> list[Work]:
+    """Return loads as potentials where algebra shows that they have one, each or all the rest."""
+    found = [find_potential(algebra, work) for work in works]
+    rest = [k for k, work in enumerate(found) if work.kind == "work"]
+    if len(rest) > 1:
+        columns = zip(*(found[k].forces for k in rest), strict=True)
+        sums = tuple(tidy(algebra.ring.sum(list(column))) for column in columns)
+        whole = find_potential(algebra, replace(found[rest[0]], forces=sums))
+        if whole.kind == "potential":  # which stands with the first of them
+            nothing = algebra.ring.number(0)
+            idle = replace(whole, scalar=nothing, forces=(nothing,) * len(sums))
+            for k in rest:
+                its = whole if k == rest[0] else idle
+                found[k] = replace(its, name=found[k].name, assumptions=found[k].assumptions)
+    return found
+
+
 @lru_cache(maxsize=32)
 def stored_in_loads(mechanism: Mechanism) -> Mapping[str, Series]:
     """Return the potential of each load that algebra shows to have one, by the load's name."""
@@ -133,13 +150,13 @@ def stored_in_loads(mechanism: Mechanism) -> Mapping[str, Series]:
     stored = {}
     try:
         kinematics = Kinematics(Algebra(mechanism))
-        for force in loads:
-            works = [
-                find_potential(kinematics.algebra, work) for work in works_of(kinematics, force)
-            ]
+        every = [work for force in loads for work in works_of(kinematics, force)]
+        found = find_potentials(kinematics.algebra, every)
+        for name in (force.name for force in loads):
+            works = [work for work in found if work.name == name]
             if all(work.kind == "potential" for work in works):
                 ring = kinematics.algebra.ring
-                stored[force.name] = ring.sum([work.scalar for work in works if work.scalar])
+                stored[name] = ring.sum([work.scalar for work in works if work.scalar])
     except DerivationError:
         return {}
     return stored

@@ -32,7 +32,7 @@ from mecanique.derivation.symbolic.derivation import (
     Stage,
     mass_and_bias,
 )
-from mecanique.derivation.symbolic.forces import Work, find_potential, length_names, works_of
+from mecanique.derivation.symbolic.forces import Work, find_potentials, length_names, works_of
 from mecanique.derivation.symbolic.inertias import inertia_stages, list_moments
 from mecanique.derivation.symbolic.kinematics import (
     Kinematics,
@@ -152,7 +152,7 @@ def _say_kinetic(lagrange: Lagrange) -> str:
 def _list_energies(gravity: Series, works: Sequence[Work]) -> list[Result]:
     """List the energy of the weights and of each spring."""
     springs = [work for work in works if work.kind == "potential" and work.scalar is not None]
-    stored = [_store(work.name, work) for work in springs]
+    stored = [_store(work.name, work) for work in springs if work.scalar]
     return [Result(Left("V_gravity"), gravity), *stored] if gravity else stored
 
 
@@ -341,7 +341,7 @@ class Lagrange:
             if tie.of_contact:
                 _ = tie.second  # raises unless Φ'' has a closed form, too
         works = [work for force in mechanism.forces for work in works_of(self.kinematics, force)]
-        self.works = [find_potential(algebra, work) for work in works]
+        self.works = find_potentials(algebra, works)
         self.kinetic = [*self._bodies(), *self._rotors()]
         T = tidy(algebra.ring.sum([series for _, series in self.kinetic]))
         slopes = [T.diff(v) for v in algebra.velocities] if named else []
