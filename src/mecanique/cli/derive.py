@@ -312,6 +312,12 @@ def derivation(
                 f"The equations have {equations.terms:,} terms: here they are a list of named "
                 "results; in Python, mecanique.derive(…).text() writes them out"
             )
+        else:
+            shorter = method != "lagrange" and mq.derive(mechanism).legible
+            inform(
+                f"The equations are a list of named results: {equations.why_not}"
+                + ("; --method lagrange has a closed form" if shorter else "")
+            )
         if mechanism.constrained and not alone:  # the lists of the others differ in few lines
             others = " or ".join(name for name in METHODS if name != method)
             inform(f"The other methods give lists as long: --method {others} writes one")
