@@ -55,6 +55,16 @@ test("a motion is framed whole, unless it goes far", () => {
   assertNear(far.box.high, [2, 0.1, 0.2]);
 });
 
+test("the feet on which pins and springs stand are in the picture", () => {
+  const boxes = [boxAround([solidOf(BAR)])];
+  const rows = [rowAt(0), rowAt(1)];
+  const { high: bare } = frame(boxes, rows, LAYOUT).box;
+  const joints = [{ foot: [0, 0, bare[2], 0, 0, 1] }, { foot: [] }];
+  const { high } = frame(boxes, rows, LAYOUT, { joints }).box;
+  assertNear(high.slice(0, 2), bare.slice(0, 2));
+  assert.ok(high[2] > bare[2] + 0.1);
+});
+
 test("what rests is framed as far as it is near what moves", () => {
   const floor = { ...BAR, size: [40, 40, 0], place: [0, 0, -1] };
   const boxes = [floor, BAR].map((solid) => boxAround([solidOf(solid)]));

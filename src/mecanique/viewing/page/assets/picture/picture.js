@@ -42,7 +42,8 @@ export class Picture {
   frame(table, layout, streamed, samples = SAMPLES) {
     const { stage, scene } = this;
     const rows = table.sample(samples, scene.bodies.length, layout.series);
-    const found = frame(stage.extents, rows, layout, { bounds: scene.bounds, streamed });
+    const { bounds, joints } = scene;
+    const found = frame(stage.extents, rows, layout, { bounds, joints, streamed });
     return { box: stage.boxFrom(found.box), far: found.far };
   }
 

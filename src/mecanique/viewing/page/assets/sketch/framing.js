@@ -11,6 +11,8 @@ const FAR = 5; // times the mechanism's own size: a motion that goes far
 
 const NEAR = 0.3; // of the room in which bodies move: how far around it what rests is framed
 
+const FOOT = 0.054; // of the size of a box: how far its feet reach
+
 export const FIELD = 26; // of the camera, from top to bottom [degrees]
 
 const DIRECTIONS = {
@@ -130,15 +132,26 @@ function startBox(boxes, rows, layout, moves, spread) {
   return swept;
 }
 
+// A box widened by the feet on which pins and springs stand; they point away from these.
+function withFeet(box, joints) {
+  const reach = FOOT * sizeOf(box);
+  for (const { foot } of joints) {
+    if (!foot?.length) continue;
+    const sole = [0, 1, 2].map((i) => foot[i] + reach * foot[i + 3]);
+    unite(box, { low: sole, high: sole });
+  }
+  return box;
+}
+
 // The box to frame, and whether the camera must keep up with a motion that leaves any such box, as
 // one does that goes so far that the mechanism would be small in a picture of all of it.
-export function frame(boxes, rows, layout, { bounds: given, streamed = false } = {}) {
-  if (given) return { box: { low: given[0], high: given[1] }, far: streamed };
+export function frame(boxes, rows, layout, { bounds: given, streamed, joints = [] } = {}) {
+  if (given) return { box: { low: given[0], high: given[1] }, far: Boolean(streamed) };
   const moves = findMoving(boxes, rows);
   const whole = bounds(boxes, rows, layout, moves);
   const size = ownSize(boxes, rows, moves);
-  const far = streamed || (size > 0 && sizeOf(whole) > FAR * size);
-  if (!far) return { box: whole, far };
+  const far = Boolean(streamed) || (size > 0 && sizeOf(whole) > FAR * size);
+  if (!far) return { box: withFeet(whole, joints), far };
   // what rests is left behind by a motion that is known to go far
   const shown = streamed ? boxes : boxes.map((box, b) => (moves[b] ? box : null));
   const spread = streamed ? STREAMED : SPREAD;
