@@ -421,21 +421,22 @@ def test_a_potential_that_is_not_even_pushes_at_zero_too() -> None:
     assert mq.simulate(mechanism, duration=1.0).audit().ok
 
 
-def push(stiffness: object) -> mq.Mechanism:
+def push(factor: float) -> mq.Mechanism:
     """A force in each slide of a particle, by the difference of both coordinates."""
     drives = (
         mq.JointForce("ahead", "along", -K * (mq.coordinate("x") - Y)),
-        mq.JointForce("back", "across", -stiffness * (Y - mq.coordinate("x"))),
+        mq.JointForce("back", "across", -factor * K * (Y - mq.coordinate("x"))),
     )
     return replace(plane(0.5 * K * Y**2), forces=drives)
 
 
 def test_loads_that_have_a_potential_together_are_recognised() -> None:
     """Neither has one by itself: each depends on the coordinate of the other."""
-    text = mq.derive(push(K)).text(steps=True)
+    text = mq.derive(push(1.0)).text(steps=True)
     assert "ahead and back depend on the position alone" in text
     assert "V = k x^2/2 - k x y + k y^2/2" in text
     assert "V_back" not in text
-    motion = mq.simulate(push(K), q={"x": 0.3, "y": -0.1}, duration=1.0)
+    motion = mq.simulate(push(1.0), q={"x": 0.3, "y": -0.1}, duration=1.0)
+    assert motion.audit().ok
     assert np.ptp(motion.energy().total) < 1e-9
-    assert "depend on the position" not in mq.derive(push(2 * K)).text(steps=True)
+    assert "depend on the position" not in mq.derive(push(2.0)).text(steps=True)

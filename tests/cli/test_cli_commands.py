@@ -484,3 +484,9 @@ def test_derive_says_why_it_does_not_solve(words: tuple[str, ...], message: str)
     result = call("derive", *words)
     assert result.exit_code == 2
     assert message in " ".join(result.output.split())
+
+
+def test_a_list_says_why_it_is_none_in_closed_form_and_where_there_is_one() -> None:
+    told = CliRunner().invoke(app, ["derive", "ball_in_a_bowl", "--method", "virtual_work"])
+    assert "too long to be read" in told.stderr
+    assert "--method lagrange has a closed form" in told.stderr
