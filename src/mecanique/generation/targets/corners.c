@@ -932,6 +932,12 @@ static bool begin(double t, double *y, double *p, double early, char *words)
     return change(t, y, p, touching, none, 0, early, words);
 }
 
+/* Return the speed of slip that an importing tool leaves, which finds its end by its own tolerance. */
+static double late_speed(const Terms *k, const double *y, double early)
+{
+    return still_speed(k, y + NQ) * fmax(1.0, early / STILL);
+}
+
 /* Switch where margin j of a state has passed zero. */
 static bool switch_at(double t, double *y, double *p, int j, double early, char *words)
 {
@@ -944,7 +950,7 @@ static bool switch_at(double t, double *y, double *p, int j, double early, char 
     for (int i = 0; i < ELEMENTS; i++) touching[i] = is_touching(&k, i, p[MODE + i]);
     if (which == 1 && state != HELD) {
         double mode[MODE_SIZE];
-        const int followed = point_slip(&k, still_speed(&k, y + NQ), p + MODE, mode);
+        const int followed = point_slip(&k, late_speed(&k, y, early), p + MODE, mode);
         if (followed >> e & 1) {
             /* slip in space that goes on in another direction is followed from there */
             memcpy(p + MODE, mode, sizeof mode);

@@ -449,6 +449,12 @@ EXPORT Status fmi3UpdateDiscreteStates(void *model, bool *again, bool *terminate
     give_margins(now->t + h, ahead, now->p, left);
     for (int j = 2 * ELEMENTS - 1; j >= 0; j--)
         if (left[j] < 0.0 && now->left[j] >= 0.0) passed = j;
+    /* of slip in space that ends, margins touch zero, and no tool finds them below it */
+    Terms k;
+    know(now->t, now->y, now->p, &k);
+    for (int e = 0; e < ELEMENTS; e++)
+        if (now->p[MODE + e] == SLIPS && size_along(e, k.rate) <= late_speed(&k, now->y, early(m)))
+            passed = 2 * e + 1;
     /* first, as rates of rows that are held would be taken for rates of contacts that part */
     project(now->t, now->y, now->p, list_held(now->p + MODE, rows), rows);
     if (passed >= 0 && !switch_at(now->t, now->y, now->p, passed, early(m), words))
