@@ -189,6 +189,7 @@ def test_short_formulas_are_aligned_at_the_sign_of_equality() -> None:
             "leaves 1 - 3/2 sin(a)^2 or (b + h)^2 of it",
             r"leaves $1 - 3/2 \sin(a)^{2}$ or $(b + h)^{2}$ of it",
         ),
+        ("inertia I of a rod; book I, page 2", "inertia $I$ of a rod; book I, page 2"),
         ("for |q| < 4 l² and x = ±R only", r"for $|q| < 4 l^{2}$ and $x = \pm R$ only"),
         ("y = sqrt(l² - x²) at (-l sin(q), 0)", r"$y = \sqrt{l^{2} - x^{2}}$ at ($-l \sin(q)$, 0)"),
         ("the sun turns by (sun - arm) l/R", r"the sun turns by $(\text{sun} - \text{arm}) l/R$"),

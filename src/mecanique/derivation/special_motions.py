@@ -71,7 +71,7 @@ _STAYS = (
 _CLOSED = " It is the rate of {}, so that the path is closed."
 _CONIC = (
     "The path is a conic with the eccentricity e, an ellipse if E < 0. Its radius sweeps equal "
-    "areas in equal times; tau is the period of an ellipse with the semi-major axis a (Kepler)."
+    "areas in equal times; an ellipse of period tau has the semi-major axis a: Kepler's laws."
 )
 _CONIC_LETTERS = {
     "e": "eccentricity",

@@ -293,7 +293,7 @@ class _Sentence:
         if core == "a":
             return self._is_no_article(at, within)
         if core == "I" and core not in self.names:
-            return False
+            return self._text(at + 1) in _AFTER
         if core == "A":
             return at > 0 and self._text(at - 1) not in (".", ":", "?", "(")
         if bare in GREEK or any(sign in _NAMES or sign in "δ∂" for sign in core):
