@@ -150,7 +150,9 @@ def cut_free(
     marks = [*clear_letters(marks, crowded=True)]
     left, top, right, bottom = bounds(marks)
     middle = (left + right) / 2
-    marks.append(Words(np.array([middle, top - 14.0]), ((body, "upright"),), "name"))
+    marks.append(
+        Words(np.array([middle, top - 14.0]), ((body.replace("_", " "), "upright"),), "name")
+    )
     if any(action.name == TOGETHER for action in actions):
         marks.append(Words(np.array([middle, bottom + 22.0]), ((_UNKNOWN, "upright"),), "name"))
     return tuple(marks)
