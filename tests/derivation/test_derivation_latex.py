@@ -14,6 +14,7 @@ import pytest
 from systems import derive_system
 
 from mecanique import textbook
+from mecanique.cli.derive import set_in_rows
 from mecanique.derivation import METHODS
 from mecanique.derivation.document import to_page
 from mecanique.derivation.printing.lines import PAGE, align, display, number_rows, width
@@ -269,3 +270,8 @@ def test_a_point_with_a_prime_is_no_rate() -> None:
 
 def test_a_power_after_brackets_is_raised_on_a_page() -> None:
     assert to_html("leaves 3/2 sin(a)^2 of it").endswith(")<sup>2</sup> of it")
+
+
+def test_a_page_may_end_after_any_row_of_pictures(tmp_path: Path) -> None:
+    rows = set_in_rows(["\\rule{300pt}{250pt}"] * 3)
+    assert "Overfull" not in compile_latex(to_page([rows]), tmp_path)

@@ -123,7 +123,7 @@ def derive(
         verdict = [judge(chosen.mechanism)] if method == "all" else []
         cut = method in ("all", "newton_euler")
         pictures = [*_pictures(chosen.mechanism, cut=cut)]
-        figure, bodies = map(_set_in_rows, (pictures[:1], pictures[1:]))
+        figure, bodies = map(set_in_rows, (pictures[:1], pictures[1:]))
         # below what the system is, the figure explains the letters that follow
         opening, *derived = re.split(r"(?=\\subsection\*)", text, maxsplit=1)
         about, *meanings = re.split(r"(?=\\begin\{description\})", opening, maxsplit=1)
@@ -238,10 +238,11 @@ def _pictures(mechanism: mq.Mechanism, *, cut: bool) -> Iterator[str]:
             yield figure_tex(mechanism, start, body)
 
 
-def _set_in_rows(pictures: Sequence[str]) -> str:
+def set_in_rows(pictures: Sequence[str]) -> str:
     """Return pictures side by side, as many in a row as fit."""
     rows = "\\hfil\n".join(f"$\\vcenter{{\\hbox{{{picture}}}}}$" for picture in pictures)
-    return f"\\begin{{center}}\n{rows}\n\\end{{center}}\n" if rows else ""
+    breaking = "\\clubpenalty=0 \\widowpenalty=0"  # a page may end after any row
+    return f"\\begin{{center}}{breaking}\n{rows}\n\\end{{center}}\n" if rows else ""
 
 
 def judge(mechanism: mq.Mechanism) -> str:
