@@ -333,7 +333,7 @@ def test_what_prescribed_motions_add_is_in_no_form_of_second_order() -> None:
 
     def at(states: States) -> Constraints:
         gamma = np.einsum("mij,ni,nj->nm", S, states.v, states.v) + states.v @ L.T + rest
-        return Constraints(gamma, np.zeros((len(gamma), 2, nv)), gamma, [])
+        return Constraints(gamma, np.zeros((len(gamma), 2, nv)), gamma, gamma, [])
 
     free = rng.normal(size=(nv, 3))
     expected = free.T @ ((S + S.swapaxes(1, 2)) / 2) @ free

@@ -160,7 +160,9 @@ def test_loops_of_second_order_lock_a_point(
     def at(states: States) -> Constraints:
         n, m = len(states), len(slopes)
         bent = 2 * states.v**2 @ np.array(curves, dtype=float).T + driven * (1 + states.v[:, :1])
-        return Constraints(np.zeros((n, m)), np.tile(np.array(slopes, float), (n, 1, 1)), bent, [])
+        return Constraints(
+            np.zeros((n, m)), np.tile(np.array(slopes, float), (n, 1, 1)), bent, bent, []
+        )
 
     state = States.of(POINT, np.zeros((1, 2)), np.zeros((1, 2)))
     assert is_locked(state, at) == locked

@@ -180,6 +180,25 @@ def test_an_impact_that_changes_momentum_about_the_contact_is_seen(
     assert "momentum about contacts" in wrong
 
 
+def test_impacts_on_a_plate_that_moves_by_itself_have_its_speed() -> None:
+    """Our gap's rate lacked that of the plate, and the verdict said that both disagree."""
+    plate = mq.Prismatic("lift", "ground", "plate", axis=(0, 0, 1), coordinate="s")
+    mechanism = mq.Mechanism(
+        "shaken",
+        (
+            mq.Body("ground"),
+            mq.Body("plate", mq.box(1.0, (0.1, 0.1, 0.1))),
+            mq.Body("p", mq.particle(1.0)),
+        ),
+        (plate, mq.Prismatic("fall", "ground", "p", axis=(0, 0, 1), coordinate="z")),
+        coordinates=mq.Coordinates(("z",), {"s": 0.05 * mq.sin(20 * mq.time())}),
+        switching=(mq.Contact("floor", "p", on="plate", restitution=0.5),),
+    )
+    verdict = mq.verify(mechanism, samples=5)
+    assert verdict.agrees, str(verdict)
+    assert "impact of floor" in str(verdict)
+
+
 def test_too_many_modes_are_refused() -> None:
     dry = tuple(mq.Friction(f"f{k}", "slide", mu, 1.0) for k in range(8))
     with pytest.raises(mq.DerivationError, match="has 6561 modes, more than 4096; expected fewer"):

@@ -189,8 +189,9 @@ class _Bench:
         if self._whole.contacts:
             held = Held(self._whole)
             at = held.at(replace(states, mechanism=self._whole))
+            drift = at.rates - (at.jacobian @ states.v[..., None])[..., 0]
             for k, name in enumerate(held.names):
-                contacts[name] = _Rates(at.jacobian[:, k], at.gamma[:, k])
+                contacts[name] = _Rates(at.jacobian[:, k], at.gamma[:, k], drift[:, k])
         load = jets.forces(states) - jets.bias(states)
         return self._collect(jets.mass_matrix(states), load, contacts, self._differentiate)
 

@@ -63,6 +63,7 @@ class Constraints(NamedTuple):
     residual: np.ndarray  # Φ, 0 of rows that restrict velocities only, shape (n, m)
     jacobian: np.ndarray  # J, shape (n, m, nv)
     gamma: np.ndarray  # γ, shape (n, m)
+    rates: np.ndarray  # Φ' or ψ, with what moves by itself, shape (n, m)
     pushes: list[Push | None]  # the unit force of each row that belongs to a contact
 
 
@@ -91,8 +92,8 @@ class Held:
         if self._mechanism.velocity_constraints or not parts:
             parts.append(self._state_laws(states))
         *arrays, pushes = zip(*parts, strict=True)
-        residual, jacobian, gamma = (np.concatenate(rows, axis=1) for rows in arrays)
-        return Constraints(residual, jacobian, gamma, [*chain.from_iterable(pushes)])
+        residual, jacobian, gamma, rates = (np.concatenate(rows, axis=1) for rows in arrays)
+        return Constraints(residual, jacobian, gamma, rates, [*chain.from_iterable(pushes)])
 
     def gaps(self, poses: list[Jet]) -> list[Jet]:
         """Return Φ of the loops, one jet per row; poses (n, 4, 4)."""
@@ -105,7 +106,7 @@ class Held:
         c = np.stack([row.c for row in self.gaps(poses)], axis=-1)
         terms = [size for loop in self._mechanism.loops for size in self._sizes(loop, poses)]
         jacobian = _drop_rounding(np.moveaxis(c[0, 1:], 0, -1), np.stack(terms, axis=1))
-        return Constraints(c[0, 0], jacobian, 2 * c[2, 0], [None] * jacobian.shape[1])
+        return Constraints(c[0, 0], jacobian, 2 * c[2, 0], c[1, 0], [None] * jacobian.shape[1])
 
     def _sizes(self, loop: Loop, poses: list[Jet]) -> list[np.ndarray]:
         """Return the size of what is summed in the entries of each row of J, each (n, nv)."""
@@ -134,23 +135,26 @@ class Held:
         )
         far = np.linalg.norm(place.value[:, :, 0], axis=-1)[:, None]
         terms = sum(_shift_sizes(H) + far * _turn_sizes(H) for H in (A, B))
-        jacobian, gamma = [], []
+        jacobian, gamma, rates = [], [], []
         for direction in directions:
             n, turning = direction.c[0, 0, :, :, 0], direction.c[1, 0, :, :, 0]
             slopes = np.einsum("ni,kni->nk", n, shifts)
             jacobian.append(_drop_rounding(slopes, np.asarray(terms)))
             gamma.append(np.einsum("ni,ni->n", n, rate) + np.einsum("ni,ni->n", turning, velocity))
+            rates.append(np.einsum("ni,ni->n", n, velocity))
         residual = np.zeros((shape[2], len(directions)))
         residual[:, 0] = met.gap.value if isinstance(met.gap, Jet) else 0.0
         at = place.value[:, :, 0]
         pushes = [Push(at, direction.value[:, :, 0], ends) for direction in directions]
-        return Constraints(residual, np.stack(jacobian, axis=1), np.stack(gamma, axis=1), [*pushes])
+        slopes, bent, now = (np.stack(parts, axis=1) for parts in (jacobian, gamma, rates))
+        return Constraints(residual, slopes, bent, now, [*pushes])
 
     def _state_laws(self, states: States) -> Constraints:
         """Return the rows Σ A_i v_i − b of the velocity constraints."""
         laws, velocities = self._mechanism.velocity_constraints, self._mechanism.velocities
         n, size = len(states), len(laws)
-        jacobian, gamma = np.zeros((n, size, len(velocities))), np.zeros((n, size))
+        jacobian = np.zeros((n, size, len(velocities)))
+        gamma, rates = np.zeros((2, n, size))
         values = coordinate_paths(states) if laws else {}
 
         def path(scalar: Any) -> np.ndarray:
@@ -162,8 +166,11 @@ class Held:
                 now, rate = path(entry)
                 jacobian[:, row, k] = now
                 gamma[:, row] += rate * states.v[:, k]
-            gamma[:, row] -= path(law.rate)[1]
-        return Constraints(np.zeros((n, size)), jacobian, gamma, [None] * size)
+                rates[:, row] += now * states.v[:, k]
+            now, rate = path(law.rate)
+            gamma[:, row] -= rate
+            rates[:, row] -= now
+        return Constraints(np.zeros((n, size)), jacobian, gamma, rates, [None] * size)
 
 
 def _angle(y: Any, x: Any) -> Any:
