@@ -73,6 +73,18 @@ def patience(monkeypatch: pytest.MonkeyPatch) -> None:
             (),
             "the sentence denies this formula; write what holds",
         ),
+        (
+            "It is not true that q'' + g/l sin(q) = 0",
+            "equation of motion",
+            (),
+            "the sentence denies this formula; write what holds",
+        ),
+        (
+            "Es ist falsch, dass q'' + g/l sin(q) = 0",
+            "equation of motion",
+            (),
+            "the sentence denies this formula; write what holds",
+        ),
         ("ä̃" * 9900, "equation of motion", (), "more than 200 signs|no meaning here"),
         ("<math><mi>\ud800</mi></math>", "equation of motion", (), "a surrogate"),
     ],

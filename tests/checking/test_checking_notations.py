@@ -217,6 +217,16 @@ RODS_MATRIX = "[[(m1/3 + m2) l1^2, m2 l1 l2 cos(q1 - q2)/2], [m2 l1 l2 cos(q1 - 
         ),
         ("simple_pendulum", "equation of motion", "Für das Pendel: q̈ + g/l sin(q) = 0"),
         ("simple_pendulum", "equation of motion", "L'equazione del moto è q̈ + g/l sin(q) = 0"),
+        ("atwood_machine", "equation of motion", "Gleichung: (m1 + m2 + M/2) x'' = (m1 - m2) g"),
+        (
+            *("bead_on_hoop", "conserved quantity"),
+            "Jacobi-Integral: m R^2 (theta'^2 - W^2 sin(theta)^2)/2 - m g R cos(theta)",
+        ),
+        (
+            *("chaplygin_sleigh", "reaction"),
+            "L'effort latéral de la lame : "
+            "lambda_edge_side = m I (x' cos(theta) + y' sin(theta)) theta'/(I + m a^2)",
+        ),
         (
             *("free_planar_body", "equation of motion"),
             "As equações do movimento são m x'' = 0, m z'' = -m g, m (a² + b²)/12 θ'' = 0",

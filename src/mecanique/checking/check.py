@@ -14,7 +14,12 @@ import numpy as np
 from mecanique.checking.budget import SpentError, bound_work, stop_clock
 from mecanique.checking.conventions import Prompt, read_as_usual
 from mecanique.checking.grammar.letters import KnownLetters
-from mecanique.checking.grammar.reader import ReadText, define, define_joint_positions
+from mecanique.checking.grammar.reader import (
+    ReadText,
+    Statement,
+    define,
+    define_joint_positions,
+)
 from mecanique.checking.grammar.tape import find_error, find_rounding
 from mecanique.checking.grammar.tree import Node
 from mecanique.checking.judgement.formula import (
@@ -341,9 +346,7 @@ class Checker:
 
         With it come the judgement and the form that it is.
         """
-        written = set[str]()
-        for statement in reading.statements:
-            written = written.union(*(side.letters for side in statement.sides))
+        written = _list_letters(reading.statements)
         if not self.truth.sample.varied or all(formula.agrees for formula in judged):
             return None
         motion = quantity.kind == "motion"
@@ -356,7 +359,10 @@ class Checker:
             for residual in wrong
         ):
             return None
+        alone = [self._parameters.isdisjoint(_list_letters([f.statement])) for f in judged]
         for varied, forms in self._list_numbers(written):
+            if not varied and not all(a or f.holds for a, f in zip(alone, judged, strict=True)):
+                continue  # beside lines with letters, those with numbers stand for themselves
             truth = self.truth.hold(varied)
             try:
                 asked = self.ask(ask, varied)
@@ -364,6 +370,8 @@ class Checker:
                 continue  # with these numbers what is asked for does not exist
             again = self._compare(reading, asked, truth, text)
             if all(formula.agrees if motion else formula.holds for formula in again):
+                if forms and self._omits_ones(reading, written, ask, text):
+                    return None
                 return truth, again, forms
         return None
 
@@ -373,8 +381,7 @@ class Checker:
         """Return the same where loops are assembled as from zero, if it is right there."""
         if all(formula.holds for formula in judged):
             return None
-        sides = [side for statement in reading.statements for side in statement.sides]
-        written = {name.rstrip("'") for side in sides for name in side.letters}
+        written = {name.rstrip("'") for name in _list_letters(reading.statements)}
         truth = self.truth.assemble(written)
         if truth is None or truth.sample.count == self.truth.sample.count:
             return None
@@ -389,8 +396,7 @@ class Checker:
 
     def _explain_numbers(self, reading: ReadText, ask: str, text: str) -> list[tuple[Mistake, ...]]:
         """Return the likely causes of wrong lines with numbers in place of all parameters."""
-        sides = [side for statement in reading.statements for side in statement.sides]
-        if self._parameters & {name for side in sides for name in side.letters}:
+        if self._parameters & _list_letters(reading.statements):
             return []
         try:
             truth, asked = self.truth.hold(frozenset()), self.ask(ask, frozenset())
@@ -417,6 +423,22 @@ class Checker:
             yield self._parameters & written, (_VALUES_ONLY,)
         if self._given & written:
             yield self._parameters - self._given, (_VALUES_ONLY,)
+        if self._parameters & written:
+            yield frozenset(), (_VALUES_ONLY,)
+
+    def _omits_ones(self, reading: ReadText, written: set[str], ask: str, text: str) -> bool:
+        """Whether an answer with letters is right only where others, left out, are one."""
+        # no number in it stands for them
+        values = self.mechanism.values
+        ones = {name for name in self._parameters - written - self._given if values[name] == 1.0}
+        if not ones or not self._parameters & written:
+            return False
+        varied = self._parameters - ones
+        try:
+            asked, truth = self.ask(ask, varied), self.truth.hold(varied)
+        except InputError:
+            return False
+        return all(f.agrees for f in self._compare(reading, asked, truth, text))
 
     def _is_proven(self, judged: Judged, quantity: AskedQuantity) -> bool:
         """Return whether a formula that holds can also be proven by algebra."""
@@ -542,3 +564,8 @@ def _state(residual: Residual) -> dict[str, float]:
     # units, e.g. "[s]", are letters of the formula, but no part of the state
     known = residual.sample.letters
     return {name: float(known[name][k]) for name in sorted(letters & known.keys())}
+
+
+def _list_letters(statements: Sequence[Statement]) -> set[str]:
+    """Return the letters of some lines."""
+    return {name for line in statements for side in line.sides for name in side.letters}

@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache, partial, reduce
+from itertools import takewhile
 from typing import Any, TypeAlias, cast, final
 
 import numpy as np
@@ -330,6 +331,23 @@ class ReadText:
 
 
 _MOST_DEFINITIONS = 12
+
+
+def part_chains(statements: Sequence[Statement], text: str) -> list[Statement]:
+    """Return equations of two sides: a = 1 = 2 is a = 1 and a = 2; a = b = 1 is a = 1 and b = 1."""
+    parted: list[Statement] = []
+    for statement in statements:
+        first, *others = statement.sides
+        if len(others) < 2:
+            parted.append(statement)
+            continue
+        alike = list(takewhile(lambda side: side.kind == "letter", others[:-1]))
+        values = others[len(alike) :]
+        pairs = [(name, values[0]) for name in (first, *alike)]
+        for left, right in [*pairs, *((first, value) for value in values[1:])]:
+            said = f"{left.quote(text)} = {right.quote(text)}"
+            parted.append(replace(statement, sides=(left, right), text=said))
+    return parted
 
 
 def name_values(statements: Sequence[Statement]) -> list[Statement]:

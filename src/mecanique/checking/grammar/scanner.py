@@ -371,8 +371,13 @@ MOST_IN_WORD = 200
 """Longest word, also of letters written without spaces."""
 
 _BINARY = tuple("+-*/^=")
-_PLAIN_WORD = re.compile(r"(?<![\\\w'])[^\W\d_]+(?![\w_])[:,.]?")
-_WORDS = re.compile(r"(?<![\\\w'])[^\W\d_]+(?![\w_])(?:[ :,.'-]+(?:[^\W\d_]+(?![\w_])[:,.]?))*")
+_ELIDED = r"(?:(?:[cdjlmnstCDJLMNST]|[Qq]u)'(?=[^\W\d_]{4}))?"
+"""What a word may begin with in French or Italian, as l'effort."""
+
+_PLAIN_WORD = re.compile(rf"(?<![\\\w']){_ELIDED}[^\W\d_]+(?![\w_])[:,.]?")
+_WORDS = re.compile(
+    rf"(?<![\\\w']){_ELIDED}[^\W\d_]+(?![\w_])[:,.]?(?:[ :,.'-]+(?:[^\W\d_]+(?![\w_])[:,.]?))*"
+)
 _NUMBER_OF_BODY = re.compile(r" ?\d{1,2} ?(?=:)")
 """What numbers a word before a colon, as in block 2:."""
 
@@ -400,7 +405,11 @@ _STOPS = re.compile(
 )
 """Short words of sentences."""
 
-_DENIED = re.compile(r"(?:\b(?:not|nicht|pas|niet|never)|\b(?:no es|não é|non è))$")
+_THAT = r",? (?:that|dass|que|che|dat)"
+_DENIED = re.compile(
+    rf"\b(?:not|nicht|pas|niet|never|no es|não é|non è)(?:(?: \w{{1,9}})?{_THAT})?$"
+    rf"|\b(?:false|wrong|falsch|faux|falso|onwaar){_THAT}$"
+)
 """How a sentence ends that denies the formula behind it."""
 
 _NO_PROSE = re.compile(
@@ -955,7 +964,7 @@ class Scanner:
 
     def _is_prose(self, word: re.Match[str]) -> bool:
         """Return whether a word belongs to a sentence, not to a formula."""
-        said = word[0].rstrip(":,.")
+        said = word[0].rstrip(":,.").rpartition("'")[2]
         if _STOPS.fullmatch(said.lower()):
             return self.letters.find(said) is None and self._split(said, 0) is None
         if len(said) == 1 and said.isupper() and word[0].endswith(":"):
@@ -965,7 +974,9 @@ class Scanner:
         follows = self._plain[word.end() : word.end() + 3]
         if follows[:1] in ("(", "[", "{", "_", "^", "'") and follows != "'s ":
             return False
-        if self.letters.find(said) is not None or SPELLINGS.get(said, said) in FUNCTIONS:
+        if self.letters.find(said) is not None:
+            return False
+        if SPELLINGS.get(said.lower(), said.lower()) in FUNCTIONS and not word[0].endswith(":"):
             return False
         return self._split(said, 0) is None and self._find_rate(said) is None
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import permutations
+from itertools import chain, permutations
 from types import MappingProxyType
 from typing import final
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.checking.grammar.letters import KnownLetters
-from mecanique.checking.grammar.reader import Statement, name_values
+from mecanique.checking.grammar.reader import Statement, name_values, part_chains
 from mecanique.checking.grammar.scanner import BOTH_SIGNS
 from mecanique.checking.grammar.tape import FormulaTape, find_rounding
 from mecanique.checking.grammar.tree import (
@@ -87,6 +87,8 @@ def judge_formula(
         "rates of momenta": _judge_canonical,
         "steady": _judge_steady,
     }.get(quantity.kind, _judge_value)
+    if quantity.kind not in ("motion", "matrix", "conserved", "equilibrium"):
+        statements = part_chains(statements, text)
     return judge(statements, truth, quantity, text)
 
 
@@ -368,16 +370,29 @@ def _residual(
 def _judge_matrix(
     statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
 ) -> list[Judged]:
-    tables = (side for line in statements for side in line.sides if side.kind == "table")
-    table = next(tables, None)
+    """Judge every matrix, of one coordinate also every formula, entry by entry."""
+    sides = [(line, side) for line in statements for side in line.sides]
+    tables = [(line, side.parts) for line, side in sides if side.kind == "table"]
+    if not tables and len(truth.velocities) > 1:
+        raise FormulaError(
+            "expected a matrix, e.g. [[a, b], [b, c]] or \\begin{pmatrix}",
+            text,
+            statements[0].start,
+        )
+    alone = [(line, (side,)) for line, side in sides if side.name not in quantity.letters]
+    judged = (_judge_entries(*table, truth, quantity, text) for table in tables or alone)
+    return list(chain.from_iterable(judged))
+
+
+def _judge_entries(
+    statement: Statement,
+    entries: tuple[Node, ...],
+    truth: Truth,
+    quantity: AskedQuantity,
+    text: str,
+) -> list[Judged]:
     true, nv = quantity.values, len(truth.velocities)
     assert true is not None
-    statement = statements[0]
-    if table is None and nv > 1:
-        raise FormulaError(
-            "expected a matrix, e.g. [[a, b], [b, c]] or \\begin{pmatrix}", text, statement.start
-        )
-    entries = statement.sides[-1:] if table is None else table.parts
     if len(entries) != nv * nv:
         raise FormulaError(
             f"expected a matrix of {nv} × {nv}, got {len(entries)} entries", text, statement.start
@@ -446,11 +461,8 @@ def _judge_constant(
         rates[name] = truth.at({})(ring[name].ddt())
     rates |= dict(zip(truth.velocities, sample.a.T, strict=True))
     all_judged = []
-    for statement in statements:
-        moving = [side for side in statement.sides if side.letters & rates.keys()]
-        formula = moving[0] if moving else statement.sides[-1]
-        if len(moving) > 1:
-            formula = add(formula, negate(moving[1]).at(moving[1].start, moving[1].end))
+    listed = ((line, side) for line in statements for side in _list_constant(line, rates.keys()))
+    for statement, formula in listed:
         named = {name for name in formula.letters if not name.startswith("[")}
         _refuse_letters(formula, named - sample.values.keys(), text)
         tape = FormulaTape(formula)
@@ -473,6 +485,15 @@ def _judge_constant(
             fault = "it does not depend on the motion at all"
         all_judged.append(Judged(statement, None, worst, root=formula, fault=fault))
     return all_judged
+
+
+def _list_constant(statement: Statement, moving: Collection[str]) -> list[Node]:
+    """Return what is said to be constant: each side, of sides that all move their differences."""
+    changing = [side for side in statement.sides if side.letters & {*moving}]
+    if len(changing) < len(statement.sides) or not changing[1:]:
+        return changing or [statement.sides[-1]]
+    first, *others = changing
+    return [add(first, negate(side).at(side.start, side.end)) for side in others]
 
 
 def _judge_free_body(

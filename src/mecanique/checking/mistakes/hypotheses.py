@@ -48,17 +48,21 @@ MOST_TIMES = 6
 @final
 @dataclass(frozen=True, eq=False)
 class EquationValues:
-    """The equations M a + rest = 0 in the states, with the potential there and in moved states."""
+    """The equations M a + rest = 0 in the states, with the energies there."""
 
     M: Array  # mass matrix, shape (n, nv, nv)
     rest: Array  # bias minus forces, shape (n, nv)
-    V: Array  # shape (2, n)
+    T: Array  # shape (n,)
+    V: Array  # there and in moved states, shape (2, n)
 
     def plus(self, other: EquationValues, factor: float = 1.0) -> EquationValues:
         """Return the terms with a multiple of others."""
-        return EquationValues(
-            self.M + factor * other.M, self.rest + factor * other.rest, self.V + factor * other.V
-        )
+        pairs = zip(self._parts, other._parts, strict=True)
+        return EquationValues(*(mine + factor * further for mine, further in pairs))
+
+    @property
+    def _parts(self) -> tuple[Array, ...]:
+        return self.M, self.rest, self.T, self.V
 
 
 @final
@@ -125,7 +129,8 @@ class RightEquations:
         self.lagrange = Lagrange(truth.mechanism, derivation.algebra)
         self.V = self.lagrange.V
         rest = self.sample.bias - self.sample.forces
-        self.terms = EquationValues(self.sample.M, rest, self._potential(derivation, self.V))
+        whole = self.evaluate(derivation, self.lagrange)
+        self.terms = replace(whole, M=self.sample.M, rest=rest)
 
     @cached_property
     def value(self) -> SeriesValues:
@@ -151,34 +156,32 @@ class RightEquations:
 
     def reread(self, read: Reading) -> EquationValues:
         """Return the right equations with letters taken for others."""
-        return self.evaluate(self.derivation, self.V, read)
+        return self.evaluate(self.derivation, self.lagrange, read)
 
     def evaluate(
-        self, derivation: Derivation, V: Series, read: Reading | None = None
+        self, derivation: Derivation, lagrange: Lagrange, read: Reading | None = None
     ) -> EquationValues:
         """Return the terms of a derivation in the states, or with letters taken for others."""
-        values = self.sample.values
-        taken = {**values, **(read(values) if read else {})}
-        here = SeriesValues(derivation, taken, self.sample.count)
         with np.errstate(all="ignore"):
-            return EquationValues(here.M, here.rest, self._potential(derivation, V, read))
-
-    def _potential(self, derivation: Derivation, V: Series, read: Reading | None = None) -> Array:
-        """Return V in the states and in moved ones, shape (2, n)."""
-        rows = []
-        for values in (self.sample.values, roll(self.truth, self.sample)):
-            taken = {**values, **(read(values) if read else {})}
-            rows.append(SeriesValues(derivation, taken, self.sample.count)(V))
-        return np.stack(rows)
+            here, moved = (
+                SeriesValues(
+                    derivation,
+                    {**values, **(read(values) if read else {})},
+                    self.sample.count,
+                )
+                for values in (self.sample.values, roll(self.truth, self.sample))
+            )
+            V = np.stack([here(lagrange.V), moved(lagrange.V)])
+            return EquationValues(here.M, here.rest, here(lagrange.T), V)
 
 
 @lru_cache(maxsize=256)
-def _derive_tree(mechanism: Mechanism) -> tuple[Derivation, Series] | None:
-    """Return the derivation of a mechanism without its constraints, and its potential."""
+def _derive_tree(mechanism: Mechanism) -> tuple[Derivation, Lagrange] | None:
+    """Return the derivation of a mechanism without its constraints, and its energies."""
     # the same changes are evaluated in several positions
     try:
         lagrange = Lagrange(replace(mechanism, loops=(), contacts=()))
-        return lagrange.derivation(), lagrange.V
+        return lagrange.derivation(), lagrange
     except MecaniqueError:
         return None
 
@@ -413,7 +416,8 @@ def mistake_velocities(right: RightEquations) -> Iterator[WrongDerivation]:
     for weight, what, T in lacking:
         less_M, h = mass_and_bias(algebra, [row.value for row in ring.euler(T)])
         dM = np.stack([right.value.stack(row) for row in less_M], axis=1)
-        less = EquationValues(dM, right.value.stack(h), np.zeros_like(right.terms.V))
+        rest, V = right.value.stack(h), np.zeros_like(right.terms.V)
+        less = EquationValues(dM, rest, right.value(T), V)
         yield WrongDerivation("missing", what, weight, right.terms.plus(less, -1))
 
 
@@ -440,6 +444,10 @@ def mistake_readings(right: RightEquations) -> Iterator[WrongDerivation]:
         what = say_zero(p)
         terms = right.reread(partial(_stop, (p.symbol,)))
         yield WrongDerivation("missing", what, 1.65, terms)
+    for p in parameters:
+        for factor, what in _TAKEN_FOR.get(p.unit, {}).items():
+            terms = right.reread(partial(_scale_letter, p.symbol, factor))
+            yield WrongDerivation("letter", what.format(p.symbol), 1.75, terms)
     for first, second in permutations(parameters, 2):
         if first.unit != second.unit:
             continue
@@ -451,6 +459,26 @@ def mistake_readings(right: RightEquations) -> Iterator[WrongDerivation]:
             what = f"{first.symbol} and {second.symbol} are exchanged throughout"
             terms = right.reread(partial(_rename_letters, one_way | both))
             yield WrongDerivation("letter", what, 1.5, terms)
+
+
+_PER_TURN = {
+    2 * np.pi: "{} is taken per radian instead of per turn",
+    1 / (2 * np.pi): "{} is taken per turn instead of per radian",
+}
+_TAKEN_FOR = {
+    "m": {
+        2.0: "{} is taken twice as large throughout, as a radius for a diameter",
+        0.5: "{} is taken half as large throughout, as a diameter for a radius",
+        **_PER_TURN,
+    },
+    "m/rad": _PER_TURN,
+    "rad/s": _PER_TURN,
+}
+"""What parameters are mistakenly multiplied by throughout, by their unit."""
+
+
+def _scale_letter(name: str, factor: float, values: Mapping[str, Array]) -> dict[str, Array]:
+    return {name: factor * values[name]}
 
 
 def say_zero(parameter: Parameter) -> str:
@@ -541,7 +569,9 @@ def linearize(right: RightEquations) -> Iterator[WrongDerivation]:
     small = "angles" if turning else "displacements"
     what = f"small {small} are assumed throughout: it is the linearized equation"
     weight = 0.5 if turning else 1.15
-    yield WrongDerivation("linearized", what, weight, EquationValues(M, rest, V))
+    v = moved[:, : M.shape[1]]
+    terms = EquationValues(M, rest, np.einsum("ni,nij,nj->n", v, M, v) / 2, V)
+    yield WrongDerivation("linearized", what, weight, terms)
 
 
 _FELT = 1e-12
@@ -592,9 +622,9 @@ def mistake_parts(right: RightEquations) -> Iterator[WrongDerivation]:
                     what += " (an extra factor ½)"
                 weight = 1.2 + 0.3 * (kind == "factor")
                 yield WrongDerivation(kind, what, weight, less.plus(acting, factor))
-        yield from _forget_free_length(right, mechanism, force)
         if not mechanism.constrained and len(right.truth.velocities) <= _MOST_VELOCITIES:
             yield from _hold_end(right, replace(mechanism, forces=others), force)
+    yield from _forget_free_lengths(right, mechanism)
 
 
 def _hold_end(
@@ -620,21 +650,26 @@ def _stop(names: Sequence[str], values: Mapping[str, Array]) -> dict[str, Array]
     return {name: np.zeros_like(values[name]) for name in names}
 
 
-def _forget_free_length(
-    right: RightEquations, mechanism: Mechanism, force: AnyForce
-) -> Iterator[WrongDerivation]:
-    changed: AnyForce
-    if isinstance(force, Spring) and force.free_length:
-        changed = replace(force, free_length=0.0)
-    elif isinstance(force, JointSpring) and force.reference:
-        changed = replace(force, reference=0.0)
-    else:
-        return
-    forces = tuple(changed if present is force else present for present in mechanism.forces)
-    rebuilt = right.rebuild(replace(mechanism, forces=forces))
-    if rebuilt is not None:
-        what = f"the free length of the spring {force.name!r} is forgotten"
-        yield WrongDerivation("free length", what, 0.8, rebuilt)
+def _forget_free_lengths(right: RightEquations, mechanism: Mechanism) -> Iterator[WrongDerivation]:
+    """Yield equations with the free length of a spring, or of all, forgotten."""
+    without = {force.name: _without_free_length(force) for force in mechanism.forces}
+    felt = [force.name for force in mechanism.forces if without[force.name] != force]
+    for names in [[name] for name in felt] + [felt] * (len(felt) > 1):
+        forces = (without[f.name] if f.name in names else f for f in mechanism.forces)
+        rebuilt = right.rebuild(replace(mechanism, forces=tuple(forces)))
+        if rebuilt is not None:
+            springs = "the springs" if names[1:] else f"the spring {names[0]!r}"
+            what = f"the free length of {springs} is forgotten"
+            yield WrongDerivation("free length", what, 0.8, rebuilt)
+
+
+def _without_free_length(force: AnyForce) -> AnyForce:
+    match force:
+        case Spring():
+            return replace(force, free_length=0.0)
+        case JointSpring():
+            return replace(force, reference=0.0)
+    return force
 
 
 class _Piece(NamedTuple):
@@ -661,7 +696,8 @@ def list_pieces(mechanism: Mechanism) -> list[_Piece]:
     """Return the bodies, those of a few pieces by their pieces."""
     pieces = []
     for body in mechanism.bodies:
-        heavy = [k for k, shape in enumerate(body.shapes) if plain(shape.mass) != 0]
+        # what turns may be given a moment of inertia alone
+        heavy = [k for k, s in enumerate(body.shapes) if any(map(plain, (s.mass, *s.inertia)))]
         if 1 < len(heavy) <= _MOST_PIECES:
             for k in heavy:
                 shape = body.shapes[k]

@@ -266,12 +266,12 @@ class QuantityMistakes:
         kinetic, potential = _PARTS.get(quantity.name, (0, 0))
         right, resting = self._hypotheses.right.terms, self._at_rest(quantity)
         for hypothesis in self._hypotheses.listed:
+            dT, dV = hypothesis.terms.T - right.T, hypothesis.terms.V - right.V
             dM = hypothesis.terms.M - right.M
-            dV = hypothesis.terms.V - right.V
-            if hypothesis.row >= 0 or not (np.abs(dM).any() or np.abs(dV).any()):
+            if hypothesis.row >= 0 or not (dM.any() or dT.any() or dV.any()):
                 continue
             # what is not asked for is less likely wrong
-            aside = (kinetic == 0 and dM.any()) or (potential == 0 and dV.any())
+            aside = (kinetic == 0 and dT.any()) or (potential == 0 and dV.any())
             claims = self._claim_terms(quantity, hypothesis.terms, resting)
             yield hypothesis.mistake(0.2 * aside), claims
 
@@ -308,11 +308,12 @@ class QuantityMistakes:
         truth, sample = self._truth, self._truth.sample
         kinetic, potential = _PARTS.get(quantity.name, (0, 0))
         v = np.stack([sample.values[n] for n in truth.velocities], axis=-1)
-        dM, dV = terms.M - sample.M, terms.V - self._hypotheses.right.terms.V
-        more = kinetic * np.einsum("ni,nij,nj->n", v, dM, v) / 2 + potential * dV[0]
+        right = self._hypotheses.right.terms
+        dV = terms.V - right.V
+        more = kinetic * (terms.T - right.T) + potential * dV[0]
         if quantity.velocity:
             k = truth.velocities.index(quantity.velocity)
-            more = np.einsum("nj,nj->n", dM[:, k], v)
+            more = np.einsum("nj,nj->n", (terms.M - right.M)[:, k], v)
         if quantity.name == "Hamiltonian":
             # in momenta, T is p M⁻¹ p/2
             p = np.einsum("nij,nj->ni", sample.M, v)
@@ -351,9 +352,10 @@ class QuantityMistakes:
             return []
         truth, sample = self._truth, self._truth.sample
         series = next(iter(quantity.series.values()))
-        names = (*truth.velocities, *truth.accelerations, *quantity.more)
+        momenta = quantity.more.keys() - sample.lengths.keys()
+        names = (*truth.velocities, *truth.accelerations, *momenta)
         still = dict.fromkeys(names, np.zeros(sample.count))
-        states = [{**moving, **still} for moving in (sample.values, quantity.again[1])]
+        states = [{**moving, **still} for moving in (sample.letters, quantity.again[1])]
         return [(truth.at(values)(series), values) for values in states]
 
     def _claim_frequencies(self, quantity: AskedQuantity) -> Iterator[tuple[Mistake, Claims]]:
