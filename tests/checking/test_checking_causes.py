@@ -456,6 +456,25 @@ SLIPS = (
         "2 m2 x'' - lambda_B_x = 0",
         "the mass of 'slider' is twice what it should be",
     ),
+    (
+        *("snakeboard", "kinetic energy"),
+        "T = m (x'^2 + y'^2)/2 + J theta'^2/2 + Ja (theta' + psi')^2/2 + Jw (theta' + phi')^2/2",
+        "the inertia of 'back' about its own center is missing",
+    ),
+    (
+        *("screw_press", "equation of motion"),
+        "(m R^2/2 + (m+M) p^2/(4 pi^2)) theta'' = D + (m+M) g p/(2 pi)",
+        "p is taken per turn instead of per radian",
+    ),
+    (
+        *("screw_press", "equation of motion"),
+        "(m R^2/8 + (m+M) p^2) theta'' = D + (m+M) g p",
+        "or its size half of what it should be",
+    ),
+    (
+        *("bars_and_springs", "potential energy", "V = k rho^2/2 + k rho2^2"),
+        "the free length of the springs is forgotten",
+    ),
     # a drive is forgotten
     (
         *("kapitza_pendulum", "Hamiltonian", "H = p^2/(2 m l^2) - m g l cos(q)"),
@@ -491,6 +510,24 @@ def test_a_slip_in_any_question_is_the_first_cause(
     assert found.outcome == "wrong"
     assert words in found.causes[0].text, str(found)
     assert not any("should be 1 times" in cause.text for cause in found.causes)
+
+
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        (
+            "4 m R^2 (theta'' - W^2 sin(theta) cos(theta)) + 2 m g R sin(theta) = 0",
+            "the diameter stands for the radius R throughout",
+        ),
+        (
+            "m R^2/4 (theta'' - W^2 sin(theta) cos(theta)) + m g R/2 sin(theta) = 0",
+            "R is taken for a diameter and halved throughout",
+        ),
+    ],
+)
+def test_a_diameter_for_a_radius_is_named(answer: str, words: str) -> None:
+    causes = mq.check(mq.textbook.load("bead_on_hoop"), answer).causes
+    assert words in [cause.text for cause in causes]
 
 
 def test_parts_are_quoted_from_their_line_also_after_one_without_letters() -> None:

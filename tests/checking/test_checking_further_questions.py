@@ -328,6 +328,44 @@ ANSWERED = (
         )
         for name in ("T = ", "")
     ),
+    # every side of a chain of equalities counts, as does each of several matrices
+    *(
+        ("simple_pendulum", ask, f"{first} = {second}", outcome, "")
+        for ask, first, right, wrong in (
+            ("kinetic energy", "T = m l^2 q'^2/2", "m/2 (l q')^2", "m l^2 q'^2"),
+            ("Lagrangian", "L = T - V", "m l^2 q'^2/2 + m g l cos q", "m l^2 q'^2/2"),
+            ("frequency", "omega = sqrt(g/l)", "sqrt(g l)/l", "sqrt(g/(2 l))"),
+            ("period", "T = 2 pi/omega", "2 pi sqrt(l/g)", "3 pi sqrt(l/g)"),
+            ("mass matrix", "M = [[m l^2]]", "[[m l l]]", "[[2 m l^2]]"),
+            ("momentum of q", "p = m l^2 q'", "m l l q'", "m l q'"),
+            (
+                "conserved quantity",
+                "E = m l^2 q'^2/2 - m g l cos q",
+                "m l (l q'^2/2 - g cos q) = const",
+                "m l (l q'^2/2 + g cos q) = const",
+            ),
+        )
+        for second, outcome in ((right, "right"), (wrong, "wrong"))
+    ),
+    ("simple_pendulum", "mass matrix", "m l^2\n2 m l^2", "wrong", ""),
+    (
+        *("simple_pendulum", "Hamilton's equations"),
+        "q' = p/(m l^2) = 2 p/(m l^2), p' = -m g l sin q",
+        *("wrong", ""),
+    ),
+    *(
+        ("spherical_pendulum", "steady motion", f"phi'^2 = g/(l cos(theta)) = {last}", outcome, "")
+        for last, outcome in (("g/l/cos(theta)", "right"), ("2 g/(l cos(theta))", "wrong"))
+    ),
+    ("foucault_pendulum", "frequency", "omega1 = omega2 = sqrt(g/l)", "wrong", "W is taken as"),
+    # a number beside its formula holds for these values
+    (
+        *("simple_pendulum", "frequency", "omega = sqrt(g/l) = 3.132 rad/s"),
+        *("right except for form", "for these values"),
+    ),
+    # of a letter whose value is one, the power that is left out
+    ("particle_on_circle", "Hamiltonian", "H = p^2/(2 m)", "wrong", "R^2"),
+    ("particle_on_circle", "Hamiltonian", "H = p^2/(2 m R^2)", "right", ""),
     # small oscillations about steady motions; E. T. Whittaker, Analytical Dynamics, 1937, § 92
     *(
         ("spherical_pendulum", "frequency at steady motion", text, outcome, "")

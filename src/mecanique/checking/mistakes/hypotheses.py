@@ -445,7 +445,7 @@ def mistake_readings(right: RightEquations) -> Iterator[WrongDerivation]:
         terms = right.reread(partial(_stop, (p.symbol,)))
         yield WrongDerivation("missing", what, 1.65, terms)
     for p in parameters:
-        for factor, what in _TAKEN_FOR.get(p.unit, {}).items():
+        for factor, what in _list_scales(p).items():
             terms = right.reread(partial(_scale_letter, p.symbol, factor))
             yield WrongDerivation("letter", what.format(p.symbol), 1.75, terms)
     for first, second in permutations(parameters, 2):
@@ -461,20 +461,21 @@ def mistake_readings(right: RightEquations) -> Iterator[WrongDerivation]:
             yield WrongDerivation("letter", what, 1.5, terms)
 
 
+_FOR_RADIUS = {
+    2.0: "the diameter stands for the radius {} throughout",
+    0.5: "{} is taken for a diameter and halved throughout",
+}
 _PER_TURN = {
     2 * np.pi: "{} is taken per radian instead of per turn",
     1 / (2 * np.pi): "{} is taken per turn instead of per radian",
 }
-_TAKEN_FOR = {
-    "m": {
-        2.0: "{} is taken twice as large throughout, as a radius for a diameter",
-        0.5: "{} is taken half as large throughout, as a diameter for a radius",
-        **_PER_TURN,
-    },
-    "m/rad": _PER_TURN,
-    "rad/s": _PER_TURN,
-}
-"""What parameters are mistakenly multiplied by throughout, by their unit."""
+"""What radii, and what counts turns, are mistakenly multiplied by throughout."""
+
+
+def _list_scales(parameter: Parameter) -> dict[float, str]:
+    if "radius" in parameter.meaning:
+        return _FOR_RADIUS
+    return _PER_TURN if parameter.unit in ("m/rad", "rad/s") else {}
 
 
 def _scale_letter(name: str, factor: float, values: Mapping[str, Array]) -> dict[str, Array]:
