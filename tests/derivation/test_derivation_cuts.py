@@ -11,6 +11,7 @@ from systems import derive_system
 
 import mecanique as mq
 from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.symbolic.cutting import Axes
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import SymbolicWrench
@@ -142,6 +143,15 @@ def test_components_that_vanish_are_explained_once(name: str, reason: str) -> No
     said = said_in(name)
     assert said.count("Components that are not listed are zero: no joint transmits anything") == 1
     assert reason in said
+
+
+def test_across_a_plane_are_the_force_along_its_normal_and_the_moments_in_it() -> None:
+    units = np.eye(3).tolist()
+    flat = Axes(units, units, "", ("n", "t", "k"), ("n", "t", ""))
+    across = [(d.kind, d.place) for d in flat.directions if flat.across_plane(d)]
+    assert across == [("force", 2), ("moment", 0), ("moment", 1)]
+    in_space = Axes(units, units, "")
+    assert not any(map(in_space.across_plane, in_space.directions))
 
 
 @pytest.mark.parametrize(

@@ -141,3 +141,12 @@ def test_terms_of_kinetic_energies_are_counted_together(most: int, *, refused: b
             Lagrange(algebra.mechanism, algebra)
     else:
         assert len(Lagrange(algebra.mechanism, algebra).T) == 4
+
+
+@pytest.mark.parametrize("name", ["rigid_bar_pendulum", "spherical_pendulum"])
+def test_half_moments_times_squares_of_a_body_about_a_fixed_point_are_its_energy(name: str) -> None:
+    lagrange = Lagrange(textbook.load(name))
+    ((body, T),) = lagrange.kinetic
+    squares = lagrange.squares[body]
+    assert squares
+    assert (2 * T - lagrange.algebra.ring.sum([I * w * w for I, w in squares])).vanishes()

@@ -32,6 +32,7 @@ from mecanique.derivation.mechanics.switching import (
     solve_held,
 )
 from mecanique.derivation.printing.writers import Text
+from mecanique.derivation.tolerances import CLOSED_GAP
 from mecanique.program.evaluation import evaluate
 from mecanique.program.traced import values_of
 
@@ -216,6 +217,14 @@ def test_at_an_edge_a_side_carries_only_what_is_not_in_front_of_the_other(gap: f
     (left,) = find_inside(elements, {"floor": foot}, np.array([0.0, 9.0, gap]))
     inside = (half + foot) * (half - foot) / (2 * half)
     assert left == pytest.approx(min(inside, -gap), rel=1e-8, abs=1e-8)
+
+
+@pytest.mark.parametrize("tiny", [-2.0, -0.5, 0.5, 2.0])
+def test_what_touches_the_other_side_of_an_edge_is_not_behind_it(tiny: float) -> None:
+    """Within the gap that counts as closed it rests on the other side, not on this one."""
+    elements = floor(1, length=3.0, edges=(2,))
+    (left,) = find_inside(elements, {"floor": 0.6}, np.array([0, 9, tiny * CLOSED_GAP * 3.0]))
+    assert (left > 0) == (tiny < -1)
 
 
 def test_a_coordinate_that_sticks_does_not_creep_by_the_rounding_of_forces() -> None:
