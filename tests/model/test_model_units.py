@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -41,6 +42,10 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"shape": mq.rod(L, M)}, "body 'rod': its mass: l is in m, expected kg"),
     ({"shape": mq.rod(L, M)}, "body 'rod': its center of mass: -m/2 is in kg, expected m"),
     ({"shape": mq.rod(L, M)}, "body 'rod': its inertia: l*m**2/12 is in kg²·m, expected kg·m²"),
+    (
+        {"shape": replace(mq.rod(M, L), visuals=(mq.Visual(mq.Box((L, L, M))),))},
+        "body 'rod': what is drawn of it: m is in kg, expected m",
+    ),
     (
         {"forces": [mq.JointSpring("spiral", "hinge", K)]},
         "force 'spiral': its stiffness: k is in N/m, expected N·m/rad",

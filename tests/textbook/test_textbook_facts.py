@@ -29,7 +29,7 @@ from mecanique.textbook.facts import (
     Steady,
     Values,
 )
-from mecanique.verification.facts import FactRow, _frequencies, check_facts
+from mecanique.verification.facts import FactRow, _frequencies, _period, check_facts
 
 
 def failures(rows: tuple[FactRow, ...]) -> list[str]:
@@ -145,6 +145,17 @@ def test_two_periods_are_not_the_period() -> None:
     twice = replace(period, seconds=lambda s: 2 * period.seconds(s))
     (row,) = check_facts(replace(entry("rigid_bar_pendulum"), facts=(twice,)))
     assert row.residual == math.inf
+
+
+def test_what_a_period_misses_is_relative_to_each_coordinates_size() -> None:
+    """Of two coordinates, 200 and 4 at most, 0.01 and 0.001 are missed; what rests has no size."""
+    way = np.array([[100.0, 4, 0], [150, 2, 0], [200, 1, 0], [150, 0, 0], [120, 1, 0]])
+    way = np.vstack([way, [[110, 2, 0], [100.01, 4.001, 0]]])
+    bench: Any = SimpleNamespace(
+        constants={}, state=lambda at: (np.zeros(2), np.zeros(1)), flow=lambda q, v, times: way
+    )
+    fact = Period("", {}, lambda s: 1.0)
+    assert _period(bench, fact) == pytest.approx(0.001 / 4.001, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", ["bead_on_hoop", "kapitza_pendulum", "bar_chain"])

@@ -347,6 +347,15 @@ def test_an_impact_on_a_rough_floor_has_its_closed_form(state: str, rub: float) 
     np.testing.assert_allclose(solution, expected, rtol=0, atol=1e-12)
 
 
+def test_rounding_of_the_momentum_about_a_contact_grows_with_the_condition_number() -> None:
+    mechanism = thrown(0.5)
+    bench = modes._Bench(mechanism, random_states(replace(mechanism, switching=()), 3, 0), 1e-9)
+    solution, _ = bench.solve({"floor": "slips +"}, bench.ours, struck=True)
+    for condition in (1.0, 1e6):
+        (row,) = bench._conserve(solution, np.full(3, condition), bench.elements[0])
+        assert row.rounding == pytest.approx(modes.EPSILON * condition, rel=1e-12, abs=0)
+
+
 def test_how_many_modes_rigid_bodies_do_not_determine_is_told() -> None:
     """One of three frictions and a stop holds the one slide: 2³ + 3 · 2² + 2³ of 54 modes."""
     dry = tuple(mq.Friction(f"f{k}", "slide", mu, 1.0) for k in range(3))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from time import perf_counter
 
 import pytest
 
@@ -15,6 +16,7 @@ from mecanique.verification.survey import Entry, Survey, survey_robots, survey_s
 
 def test_robots_agree_or_are_refused_with_the_reason() -> None:
     reported: list[float] = []
+    start = perf_counter()
     found = survey_robots(
         5, only=("TwoDofs", "ur3", "allegro_left_hand", "solo"), progress=reported.append
     )
@@ -27,6 +29,7 @@ def test_robots_agree_or_are_refused_with_the_reason() -> None:
         ("solo", "floating", 14),
     ]
     assert found.agrees
+    assert sum(entry.seconds for entry in found.entries) < found.seconds < perf_counter() - start
     assert reported == [k / 8 for k in range(1, 9)]
     text = str(found)
     assert "line 6: the robot has no name (and 1 more)" in text
