@@ -405,6 +405,8 @@ class QuantityMistakes:
             with stop_clock():
                 other = truth.change(piece.put(mechanism, lacking))
                 try:
+                    if other.derivation is None:
+                        continue
                     held = {**at, **equilibria_of(other).locate(at)}
                     M, C, K, _ = linear_matrices(other, held)
                 except (InputError, MechanismError):
