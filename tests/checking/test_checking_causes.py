@@ -421,6 +421,11 @@ SLIPS = (
     ("governor", "conserved quantity", "(J + m l^2 sin(theta1)^2) psi' = const", "'J' is twice"),
     ("rack_and_pinion", "equilibrium", "x = D/k", "the divisor r is missing"),
     ("rack_and_pinion", "equilibrium", "x = D r/k", "'r' belongs on the other side"),
+    ("simple_pendulum", "equilibrium", "q = pi/2", "balance there: m g l sin(q) is not zero"),
+    (
+        *("double_pendulum", "equilibrium", "q1 = pi/2, q2 = 0"),
+        "the forces do not balance there: (m1 + 2 m2) g l1 sin(q1)/2 is not zero",
+    ),
     # one property of a part is too large by a factor, wherever it acts
     (
         *("bars_and_springs", "kinetic energy", "T = 13/2 m l^2 q'^2/(16 l^2 - q^2)"),
@@ -510,6 +515,14 @@ def test_a_slip_in_any_question_is_the_first_cause(
     assert found.outcome == "wrong"
     assert words in found.causes[0].text, str(found)
     assert not any("should be 1 times" in cause.text for cause in found.causes)
+
+
+def test_what_has_no_value_explains_nothing() -> None:
+    """With another sign there is no root: it held in every state in which it had a value."""
+    hoop = mq.textbook.load("bead_on_hoop")
+    answer = mq.check(hoop, "omega = sqrt(W^2 - g/R)", "frequency at theta = acos(g/(R W^2))")
+    assert answer.outcome == "wrong"
+    assert not any("the sign of the term 'W^2'" in str(cause) for cause in answer.causes)
 
 
 @pytest.mark.parametrize(

@@ -53,12 +53,14 @@ from mecanique.checking.mistakes.hypotheses import (
     Reading,
     Share,
     WrongDerivation,
+    group_by_velocities,
     list_pieces,
     list_relative,
     say_zero,
 )
 from mecanique.checking.mistakes.units import LetterUnits, UnitMisfitError
 from mecanique.checking.verdict import Mistake
+from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.derivation.symbolic.lagrange import Lagrange
@@ -79,6 +81,9 @@ _SUMS = {"Lagrangian": (1, -1), "energy": (1, 1), "Hamiltonian": (1, 1)}
 
 _PARTS = {**ENERGIES, **_SUMS}
 """The same of all energies."""
+
+_ALMOST = 1e-6
+"""A force below this part of its usual size is zero."""
 
 _CONSERVED = 1e-8
 """A rate below this part of its terms is zero."""
@@ -468,6 +473,7 @@ class QuantityMistakes:
     ) -> Iterator[Mistake]:
         """Yield the changes of a line after which forces balance at the position it gives."""
         left, right = statements[wrong].sides[0], statements[wrong].sides[-1]
+        yield from self._find_unbalanced(statements, wrong, written)
         symbols = [parameter.symbol for parameter in self._truth.mechanism.parameters]
         lacking = (
             (Mistake("missing", f"{said}{symbol} is missing", "", weight), join(right, factor))
@@ -495,6 +501,28 @@ class QuantityMistakes:
                 continue
             if not any(p.worst or p.fault for p in positions if mended in p.statements):
                 yield mistake
+
+    def _find_unbalanced(
+        self, statements: Sequence[Statement], wrong: int, written: str
+    ) -> Iterator[Mistake]:
+        """Yield the force that is left at a position in numbers."""
+        truth = self._truth
+        positions, _ = judge_positions(statements, truth, written)
+        there = [p for p in positions if p.worst and statements[wrong] in p.statements]
+        if not there or truth.mechanism.constrained:
+            return
+        if any(line.sides[-1].letters - {"pi"} for line in there[0].statements):
+            return  # what is wrong in a formula is looked for in it
+        still = dict.fromkeys(truth.velocities, 0.0)
+        for series in truth.rest_forces:
+            forces = group_by_velocities(series, truth.velocities)
+            if not (force := forces.get((0,) * len(truth.velocities))):
+                continue
+            values = truth.at({**there[0].values, **still})(force)
+            if np.abs(values).max() > _ALMOST * np.abs(truth.at({})(force)).max():
+                text = f"the forces do not balance there: {expression(force).text()} is not zero"
+                yield Mistake("balance", text, "", 1.05)
+                return
 
     def explain_constant(self, root: Node, written: str) -> Iterator[Mistake]:
         """Yield mistakes in a conserved quantity: forces, and single changes that mend it."""

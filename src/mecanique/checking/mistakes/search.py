@@ -721,6 +721,8 @@ def mend_twice(residual: Residual, context: Context, text: str) -> Iterator[Mist
         if first.part in sides:
             continue
         once = replace(residual, root=changed)
+        if (residual.finite & ~once.finite).any():
+            continue  # without a value it holds nowhere
         if once.holds:
             yield first
             continue
