@@ -58,6 +58,20 @@ def test_a_xacro_file_is_read_with_its_arguments(arm: Path) -> None:
     assert mq.verify(mechanism, samples=3).agrees
 
 
+def test_a_browser_expands_it_without_a_process(arm: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = arm.parents[1] / "elsewhere"
+    usual = read_urdf(arm, package_path=path, arguments={"length": "2"})
+
+    def ask(*_: object) -> None:
+        raise OSError("emscripten does not support processes.")
+
+    monkeypatch.setattr(xacro, "_ask", ask)
+    with pytest.raises(mq.UrdfError, match="xacro needs a process of its own: emscripten does not"):
+        read_urdf(arm, package_path=path)
+    monkeypatch.setattr("sys.platform", "emscripten")
+    assert read_urdf(arm, package_path=path, arguments={"length": "2"}) == usual
+
+
 def test_a_package_that_is_not_found_is_told_with_where(
     arm: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -126,19 +126,19 @@ def find_potential(algebra: Algebra, load: Work) -> Work:
 
 def find_potentials(algebra: Algebra, works: Iterable[Work]) -> list[Work]:
     """Return loads as potentials where algebra shows that they have one, each or all the rest."""
-    found = [find_potential(algebra, work) for work in works]
-    rest = [k for k, work in enumerate(found) if work.kind == "work"]
+    judged = [find_potential(algebra, work) for work in works]
+    rest = [k for k, work in enumerate(judged) if work.kind == "work"]
     if len(rest) > 1:
-        columns = zip(*(found[k].forces for k in rest), strict=True)
+        columns = zip(*(judged[k].forces for k in rest), strict=True)
         sums = tuple(tidy(algebra.ring.sum(list(column))) for column in columns)
-        whole = find_potential(algebra, replace(found[rest[0]], forces=sums))
+        whole = find_potential(algebra, replace(judged[rest[0]], forces=sums))
         if whole.kind == "potential":  # which stands with the first of them
             nothing = algebra.ring.number(0)
             idle = replace(whole, scalar=nothing, forces=(nothing,) * len(sums))
             for k in rest:
-                its = whole if k == rest[0] else idle
-                found[k] = replace(its, name=found[k].name, assumptions=found[k].assumptions)
-    return found
+                part = whole if k == rest[0] else idle
+                judged[k] = replace(part, name=judged[k].name, assumptions=judged[k].assumptions)
+    return judged
 
 
 @lru_cache(maxsize=32)

@@ -311,9 +311,12 @@ def expand(
 
     What is impossible is reported.
     """
-    place = os.getcwd(), dict(os.environ), str(file)
+    asked = str(file), dict(arguments), letters, search
     try:
-        answer = _ask(_SECONDS, *place, dict(arguments), letters, search)
+        if sys.platform == "emscripten":  # the page of a browser, which starts no process
+            answer = _answer(*asked)
+        else:
+            answer = _ask(_SECONDS, os.getcwd(), dict(os.environ), *asked)
     except (EOFError, BrokenPipeError):
         said = f"xacro does not expand it within {_SECONDS:g} s and {_GIBIBYTES} GiB of memory"
         remedy = "Its expressions are programs; mend what runs so long."
