@@ -189,7 +189,7 @@ def test_files_named_in_included_files_stand_beside_the_main_or_the_included_one
         (model('<replicate count="1e6"><body/></replicate>'), "more than 100,000 elements"),
         (model(BODY.format('<geom mesh="a"/>')), "there is no mesh 'a' among the assets"),
         (model(BODY.format('<geom type="sdf"/>')), "the inertia of a geom of type 'sdf'"),
-        (model(BODY.format('<geom size="1" adhesion="1"/>')), "adhesion=… of <geom> is not read"),
+        (model(BODY.format('<geom size="1" cohesion="1"/>')), "cohesion=… of <geom> is not read"),
         (model(BODY.format('<geom size="-1"/>')), "expected 1 positive sizes of a sphere"),
         (model(BODY.format('<geom size="1" mass="-1"/>')), "no negative mass or density of <geom>"),
         (
