@@ -473,6 +473,7 @@ _PER_TURN = {
 
 
 def _list_scales(parameter: Parameter) -> dict[float, str]:
+    """Return the factors by which a parameter is mistaken, with the mistakes in words."""
     if "radius" in parameter.meaning:
         return _FOR_RADIUS
     return _PER_TURN if parameter.unit in ("m/rad", "rad/s") else {}

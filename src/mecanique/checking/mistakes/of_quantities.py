@@ -82,9 +82,6 @@ _SUMS = {"Lagrangian": (1, -1), "energy": (1, 1), "Hamiltonian": (1, 1)}
 _PARTS = {**ENERGIES, **_SUMS}
 """The same of all energies."""
 
-_ALMOST = 1e-6
-"""A force below this part of its usual size is zero."""
-
 _CONSERVED = 1e-8
 """A rate below this part of its terms is zero."""
 
@@ -519,7 +516,7 @@ class QuantityMistakes:
             if not (force := forces.get((0,) * len(truth.velocities))):
                 continue
             values = truth.at({**there[0].values, **still})(force)
-            if np.abs(values).max() > _ALMOST * np.abs(truth.at({})(force)).max():
+            if np.abs(values).max() > ALIKE * np.abs(truth.at({})(force)).max():
                 text = f"the forces do not balance there: {expression(force).text()} is not zero"
                 yield Mistake("balance", text, "", 1.05)
                 return
