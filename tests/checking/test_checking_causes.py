@@ -480,7 +480,15 @@ SLIPS = (
         *("bars_and_springs", "potential energy", "V = k rho^2/2 + k rho2^2"),
         "the free length of the springs is forgotten",
     ),
-    # a drive is forgotten
+    # a drive is forgotten, and small angles are another slip
+    (
+        *("bead_on_hoop", "kinetic energy", "T = m R^2 theta'^2/2"),
+        "the term m R^2 W^2 sin(theta)^2/2 is missing",
+    ),
+    (
+        *("bead_on_hoop", "kinetic energy", "T = m R^2 theta'^2/2 + m R^2 W^2 theta^2/2"),
+        "small angles are assumed throughout",
+    ),
     (
         *("kapitza_pendulum", "Hamiltonian", "H = p^2/(2 m l^2) - m g l cos(q)"),
         "A is taken as zero (amplitude of the pivot)",

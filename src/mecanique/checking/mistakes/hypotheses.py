@@ -561,19 +561,23 @@ def linearize(right: RightEquations) -> Iterator[WrongDerivation]:
         slopes = np.einsum("nij,nj->ni", at_rest.slopes(forces, names), moved)
         rest = at_rest.stack(forces) + slopes
         places, V = tuple(right.truth.mechanism.coordinates), right.terms.V.copy()
-        slope = at_rest.slopes([right.V], places)[:, 0]
-        curvature = at_rest.slopes([right.V.diff(name) for name in places], places)
+        T = at_rest(right.lagrange.T) + _expand(right.lagrange.T, names, at_rest, moved)
         for k, states in enumerate((values, roll(right.truth, right.sample))):
             q = np.stack([{**values, **states}[name] for name in places], axis=-1)
-            V[k] = np.einsum("ni,ni->n", slope, q)
-            V[k] += np.einsum("nij,ni,nj->n", curvature, q, q) / 2
+            V[k] = _expand(right.V, places, at_rest, q)
     turning = angles(right.truth.mechanism)
     small = "angles" if turning else "displacements"
     what = f"small {small} are assumed throughout: it is the linearized equation"
     weight = 0.5 if turning else 1.15
-    v = moved[:, : M.shape[1]]
-    terms = EquationValues(M, rest, np.einsum("ni,nij,nj->n", v, M, v) / 2, V)
-    yield WrongDerivation("linearized", what, weight, terms)
+    yield WrongDerivation("linearized", what, weight, EquationValues(M, rest, T, V))
+
+
+def _expand(series: Series, names: Sequence[str], at_rest: SeriesValues, moved: Array) -> Array:
+    """Return the terms of first and second degree in letters (n, k) of an energy, shape (n,)."""
+    slope = at_rest.slopes([series], names)[:, 0]
+    curvature = at_rest.slopes([series.diff(name) for name in names], names)
+    second = np.einsum("nij,ni,nj->n", curvature, moved, moved) / 2
+    return np.asarray(np.einsum("ni,ni->n", slope, moved) + second)
 
 
 _FELT = 1e-12
