@@ -12,6 +12,8 @@ BLOCKS = "v1' = (k2 q2 - (k1 + k2) q1)/m1; v2' = (F + k2 (q1 - q2))/m2"
 
 MATRICES = "[[0,0,1,0],[0,0,0,1],[-(k1+k2)/m1,k2/m1,0,0],[k2/m2,-k2/m2,0,0]]"
 
+APART = "sqrt(g/l + 2 k a^2/(m l^2))"
+
 ANSWERED = (
     # vectors and matrices, whether a vector is written as a row or a column
     ("simple_pendulum", "state space", "[q', w'] = [w, -g/l sin(q)]", "right", ""),
@@ -358,6 +360,19 @@ ANSWERED = (
         for last, outcome in (("g/l/cos(theta)", "right"), ("2 g/(l cos(theta))", "wrong"))
     ),
     ("foucault_pendulum", "frequency", "omega1 = omega2 = sqrt(g/l)", "wrong", "W is taken as"),
+    # two modes are not equal, though each is one
+    *(
+        (
+            "coupled_pendulums",
+            "frequency",
+            f"omega1 = sqrt(g/l) = {second}, omega2 = {APART}",
+            *verdict,
+        )
+        for second, *verdict in (
+            ("sqrt(g l)/l", "right", ""),
+            (APART, "wrong", "another value than the side before it"),
+        )
+    ),
     # a number beside its formula holds for these values
     (
         *("simple_pendulum", "frequency", "omega = sqrt(g/l) = 3.132 rad/s"),

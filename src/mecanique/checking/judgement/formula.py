@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import chain, permutations
+from itertools import chain, pairwise, permutations
 from types import MappingProxyType
 from typing import final
 
@@ -87,9 +88,24 @@ def judge_formula(
         "rates of momenta": _judge_canonical,
         "steady": _judge_steady,
     }.get(quantity.kind, _judge_value)
-    if quantity.kind not in ("motion", "matrix", "conserved", "equilibrium"):
-        statements = part_chains(statements, text)
-    return judge(statements, truth, quantity, text)
+    if quantity.kind in ("motion", "matrix", "conserved", "equilibrium"):
+        return judge(statements, truth, quantity, text)
+    judged = judge(part_chains(statements, text), truth, quantity, text)
+    if quantity.kind not in ("several", "steady"):
+        return judged
+    # with ±, several begin at one place, and are to be different
+    begun = Counter(statement.start for statement in statements)
+    chains = {s.start for s in statements if len(s.sides) > 2 and begun[s.start] == 1}
+    return _compare_sides(judged, chains)
+
+
+def _compare_sides(judged: list[Judged], chains: Collection[int]) -> list[Judged]:
+    """Return formulas, with a fault where two sides of a chain are two of the true values."""
+    for k, (first, second) in enumerate(pairwise(judged), 1):
+        chained = first.statement.start == second.statement.start in chains
+        if chained and first.holds and second.holds and not (first.says @ second.says.T).any():
+            judged[k] = replace(second, fault="it is another value than the side before it")
+    return judged
 
 
 def _judge_motion(

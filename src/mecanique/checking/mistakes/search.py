@@ -1102,6 +1102,7 @@ class Search:
             given, part = (np.einsum("nij,nj->ni", along, force) for force in (off, acting))
             more = -(given * part).sum(axis=1) / (part * part).sum(axis=1)
             left = np.abs(given + more[:, None] * part)
+            # where nothing is left, terms of this size have cancelled up to rounding
             allowed = ALIKE * (np.abs(given) + np.abs(part)) + _SAME_TERMS * size
             agree = (left <= allowed).all() and _are_equal(more)
             mistake = share.say(1 + float(more.mean())) if agree else None

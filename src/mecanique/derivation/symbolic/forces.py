@@ -151,9 +151,9 @@ def stored_in_loads(mechanism: Mechanism) -> Mapping[str, Series]:
     try:
         kinematics = Kinematics(Algebra(mechanism))
         every = [work for force in loads for work in works_of(kinematics, force)]
-        found = find_potentials(kinematics.algebra, every)
+        judged = find_potentials(kinematics.algebra, every)
         for name in (force.name for force in loads):
-            works = [work for work in found if work.name == name]
+            works = [work for work in judged if work.name == name]
             if all(work.kind == "potential" for work in works):
                 ring = kinematics.algebra.ring
                 stored[name] = ring.sum([work.scalar for work in works if work.scalar])
