@@ -6,6 +6,9 @@ import pytest
 
 import mecanique as mq
 
+_COLUMN = (
+    "1/2 k (q1^2 + (q2-q1)^2 + (q3-q2)^2 + (q4-q3)^2) + P l (cos q1 + cos q2 + cos q3 + cos q4)"
+)
 ROD = "rigid_bar_pendulum"
 
 JUDGED = (
@@ -87,6 +90,20 @@ JUDGED = (
         "wrong",
         "is in s, the quantity in question in 1/s",
     ),
+    ("cart_pole", "V = -m g l cos q - F x", "potential energy", "right", ""),
+    ("cart_pole", "V = -m g l cos q", "potential energy", "right", ""),
+    ("cart_pole", "V = F x - m g l cos q", "potential energy", "wrong", "sign of the term 'F x'"),
+    (
+        "cart_pole",
+        "1/2 (M+m) x'^2 + m l x' q' cos q + m l^2 q'^2/2 + m g l cos q + F x",
+        "Lagrangian",
+        "right",
+        "",
+    ),
+    ("cart_pole", "p_x^2/M - m g l cos q - F x", "Hamiltonian", "wrong", ""),
+    ("bar_chain", f"V = {_COLUMN} - C q4", "potential energy", "right", ""),
+    ("bar_chain", f"V = {_COLUMN}", "potential energy", "right", ""),
+    ("bar_chain", f"V = {_COLUMN} - 2 C q4", "potential energy", "wrong", "'- 2 C q4' is twice"),
     ("simple_pendulum", "m l q'^2/2", "kinetic energy", "wrong", "the quantity in question in N·m"),
     ("simple_pendulum", "p = m l q'", "momentum of q", "wrong", "'p' is in N·m·s"),
     (

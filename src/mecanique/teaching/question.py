@@ -68,7 +68,7 @@ def describe_question(mechanism: Mechanism, ask: str, seed: int = 0) -> dict[str
             "paths": paths,
             "slips": list(_list_slips(checker)),
         }
-    asked |= {"kind": "value", "names": list(quantity.letters)}
+    asked |= {"kind": "value", "names": list(quantity.letters), "left": sorted(quantity.of_loads)}
 
     def value(quantity: AskedQuantity, sample: Sample) -> dict[str, Any]:
         assert quantity.values is not None

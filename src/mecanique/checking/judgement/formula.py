@@ -79,6 +79,7 @@ def judge_formula(
     statements: Sequence[Statement], truth: Truth, quantity: AskedQuantity, text: str
 ) -> list[Judged]:
     """Judge each formula."""
+    quantity = quantity.meant_by(statements)
     judge = {
         "motion": _judge_motion,
         "matrix": _judge_matrix,

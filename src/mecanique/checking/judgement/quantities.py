@@ -5,19 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain
 from typing import Literal, NamedTuple, TypeAlias, TypeVar, final
 
 import numpy as np
 
 from mecanique.arrays import Array, rank_of
 from mecanique.checking.grammar.letters import KnownLetters
-from mecanique.checking.grammar.reader import read
+from mecanique.checking.grammar.reader import Statement, read
 from mecanique.checking.grammar.tape import FormulaTape, Rows, find_sign_changes
 from mecanique.checking.judgement.equilibria import INTEGERS, Equilibria, equilibria_of
 from mecanique.checking.judgement.steady import INDEPENDENT, SteadyMotions
 from mecanique.checking.judgement.truth import Sample, SeriesValues, Truth
 from mecanique.derivation import derive
-from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.scalars.series import GIVEN, TIMED, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import DerivationError, InputError, UnknownNameError
@@ -78,11 +79,21 @@ class AskedQuantity:
     aliases: Mapping[str, str] = field(default_factory=dict)
     # coordinates about which motions are small; those left out are zero there
     position: Mapping[str, Array] = field(default_factory=dict)
+    # the same with the potentials of constant loads, for answers that name one of these letters
+    with_loads: AskedQuantity | None = None
+    of_loads: frozenset[str] = frozenset()
 
     @property
     def names(self) -> tuple[str, ...]:
         """The letters that an answer may contain besides the mechanism's own."""
         return tuple(dict.fromkeys((*self.letters, *self.more)))
+
+    def meant_by(self, statements: Iterable[Statement]) -> AskedQuantity:
+        """Return the quantity that an answer means, with or without potentials of loads."""
+        sides = (side for statement in statements for side in statement.sides)
+        if self.with_loads is None or not any(side.letters & self.of_loads for side in sides):
+            return self
+        return self.with_loads
 
 
 _ZERO = np.zeros(())
@@ -125,8 +136,13 @@ def ask_for(truth: Truth, question: str) -> AskedQuantity:
             f"the equations of {truth.mechanism.name!r} have no closed form, with which a "
             f"{name} could be compared"
         )
-    quantity = known.find(_Asked(truth, known.letters, position), name, what)
-    return _keep_letters(quantity, truth.sample.values)
+    taken = truth.sample.values
+    truths = _Asked(truth, known.letters, position)
+    quantity = _keep_letters(known.find(truths, name, what), taken)
+    if known.find not in (_Asked.energy, _Asked.hamiltonian) or not truths.of_loads:
+        return quantity
+    loaded = known.find(_Asked(truth, known.letters, position, loaded=True), name, what)
+    return replace(quantity, with_loads=_keep_letters(loaded, taken), of_loads=truths.of_loads)
 
 
 def _keep_letters(quantity: AskedQuantity, taken: Container[str]) -> AskedQuantity:
@@ -143,8 +159,11 @@ def _keep_letters(quantity: AskedQuantity, taken: Container[str]) -> AskedQuanti
 class _Asked:
     """Computes true values."""
 
-    def __init__(self, truth: Truth, letters: tuple[str, ...], position: str) -> None:
+    def __init__(
+        self, truth: Truth, letters: tuple[str, ...], position: str, *, loaded: bool = False
+    ) -> None:
         self._truth = truth
+        self._loaded = loaded  # whether constant loads have a potential
         self._sample = truth.sample
         self._letters = letters
         self._steady = position == STEADY
@@ -156,9 +175,33 @@ class _Asked:
     def _lagrange(self) -> Lagrange:
         return Lagrange(self._truth.mechanism, self._truth.closed_form.algebra)
 
+    @cached_property
+    def _constant_loads(self) -> tuple[tuple[Series, ...], ...]:
+        """The generalized forces of loads that are the same in all positions."""
+        coordinates = [f"{name}'" for name in self._truth.mechanism.coordinates]
+        if coordinates != [*self._truth.velocities]:
+            return ()
+        works = (work for work in self._lagrange.works if work.kind == "work")
+        constant = GIVEN | TIMED
+        return tuple(w.forces for w in works if all(Q.kinds <= constant for Q in w.forces))
+
+    @property
+    def of_loads(self) -> frozenset[str]:
+        """The letters of loads that are the same in all positions."""
+        forces = chain.from_iterable(self._constant_loads)
+        return frozenset(g.name for Q in forces for g in Q.generators())
+
+    @cached_property
+    def _potential(self) -> Series:
+        V = self._lagrange.V
+        for forces in self._constant_loads if self._loaded else ():
+            coordinates = map(V.ring.__getitem__, self._truth.mechanism.coordinates)
+            V -= V.ring.sum([Q * q for Q, q in zip(forces, coordinates, strict=True)])
+        return V
+
     def energy(self, name: str, _: str) -> AskedQuantity:
         kinetic, potential = ENERGIES[name]
-        series = kinetic * self._lagrange.T + potential * self._lagrange.V
+        series = kinetic * self._lagrange.T + potential * self._potential
         values = self._value(series, self._sample.values)
         exact = AskedQuantity(
             name,
@@ -177,7 +220,7 @@ class _Asked:
             exact = replace(exact, slips=(("Jacobi", text, jacobi),))
         moved = roll(self._truth, self._sample)
         with np.errstate(all="ignore"):
-            known = np.isfinite(self._value(self._lagrange.T + self._lagrange.V, moved))
+            known = np.isfinite(self._value(self._lagrange.T + self._potential, moved))
         # what other parameters put out of reach stays where it is
         moved = {n: np.where(known, x, self._sample.values[n]) for n, x in moved.items()}
         ring = self._lagrange.V.ring
@@ -396,7 +439,7 @@ class _Asked:
         """Σ p q' − L."""
         ring = self._lagrange.V.ring
         products = [p * ring[v] for p, v in zip(self._momenta, self._truth.velocities, strict=True)]
-        return ring.sum([self._lagrange.V - self._lagrange.T, *products])
+        return ring.sum([self._potential - self._lagrange.T, *products])
 
     def hamiltonian(self, name: str, _: str) -> AskedQuantity:
         """Return Σ p q' − L, as a function of positions and momenta."""

@@ -881,6 +881,7 @@ class Search:
     ) -> list[tuple[Mistake, ...]]:
         """Return the likely causes of each line that is wrong, or is right except for rounding."""
         motion = quantity.kind == "motion"
+        quantity = quantity.meant_by([formula.statement for formula in judged])
         explained = (
             self._explain_motion([f.residual for f in judged if f.residual], text, defined)
             if motion
@@ -986,7 +987,12 @@ class Search:
         """Return the single changes of parts that are written, and the parts that are not."""
         changes = _list_in_time(repairs(residual, self.context, text))
         written = [mistake for mistake in changes if mistake.part or mistake.kind == "time"]
-        lacking = _list_in_time(find_lacking(residual, series))
+        # of one term, as it is written and as it should be, the same mistake is told once
+        lacking = [
+            mistake
+            for mistake in _list_in_time(find_lacking(residual, series))
+            if not any(w.kind == mistake.kind and w.weight <= mistake.weight for w in written)
+        ]
         if not (written or lacking) and self._truth.mechanism.constrained:
             lacking = _list_in_time(find_lacking(_release(residual, series), series))
         return written + lacking

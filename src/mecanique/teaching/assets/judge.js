@@ -28,6 +28,8 @@ export function judge(question, text) {
     const statements = read(text, new Letters(question.letters, question.angles));
     const used = new Set();
     statements.forEach((sides) => sides.forEach((side) => collect(side, used)));
+    const left = (question.left ?? []).find((name) => used.has(name));
+    if (left) return leave(`this page does not judge potentials of loads such as ${left}`);
     const by = { motion: judgeMotion, several: judgeSeveral }[question.kind] ?? judgeValue;
     const verdict = by(question, statements, used, text);
     const bad = ["wrong", "incomplete"].includes(verdict.outcome);
