@@ -145,6 +145,10 @@ def ask_for(truth: Truth, question: str) -> AskedQuantity:
     return replace(quantity, with_loads=_keep_letters(loaded, taken), of_loads=truths.of_loads)
 
 
+def _is_constant(forces: Sequence[Series]) -> bool:
+    return all(Q.kinds <= GIVEN | TIMED for Q in forces)
+
+
 def _keep_letters(quantity: AskedQuantity, taken: Container[str]) -> AskedQuantity:
     """Return a quantity without those of its letters that mean something in the mechanism."""
     if quantity.kind not in ("value", "up to a constant", "several"):
@@ -181,9 +185,8 @@ class _Asked:
         coordinates = [f"{name}'" for name in self._truth.mechanism.coordinates]
         if coordinates != [*self._truth.velocities]:
             return ()
-        works = (work for work in self._lagrange.works if work.kind == "work")
-        constant = GIVEN | TIMED
-        return tuple(w.forces for w in works if all(Q.kinds <= constant for Q in w.forces))
+        works = (work.forces for work in self._lagrange.works if work.kind == "work")
+        return tuple(forces for forces in works if _is_constant(forces))
 
     @property
     def of_loads(self) -> frozenset[str]:

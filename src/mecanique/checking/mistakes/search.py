@@ -988,10 +988,13 @@ class Search:
         changes = _list_in_time(repairs(residual, self.context, text))
         written = [mistake for mistake in changes if mistake.part or mistake.kind == "time"]
         # of one term, as it is written and as it should be, the same mistake is told once
+        said: dict[str, float] = {}
+        for mistake in written:
+            said[mistake.kind] = min(mistake.weight, said.get(mistake.kind, np.inf))
         lacking = [
             mistake
             for mistake in _list_in_time(find_lacking(residual, series))
-            if not any(w.kind == mistake.kind and w.weight <= mistake.weight for w in written)
+            if mistake.weight < said.get(mistake.kind, np.inf)
         ]
         if not (written or lacking) and self._truth.mechanism.constrained:
             lacking = _list_in_time(find_lacking(_release(residual, series), series))
