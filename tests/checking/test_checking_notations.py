@@ -496,3 +496,13 @@ def test_a_letter_that_may_be_a_tangential_force_is_asked_for() -> None:
 def test_unknown_letters_that_lead_to_nothing_right_are_named(system: str, text: str) -> None:
     with pytest.raises(mq.FormulaError, match="unknown letter"):
         mq.check(mq.textbook.load(system), text)
+
+
+def test_a_coordinate_that_is_a_word_goes_by_its_letter_as_well() -> None:
+    disk = mq.textbook.load("rolling_disk")
+    for turn in ("turn", "phi", "φ", r"\varphi"):
+        assert mq.check(disk, f"3 R {turn}'' = 2 g sin(alpha)").right
+    assert not mq.check(disk, "3 R phi'' = g sin(alpha)").right
+    # it may as well be a letter of one's own
+    assert mq.check(disk, "3 phi'' = 2 g sin(alpha)", let={"phi": "x"}).right
+    assert KnownLetters.of(mq.textbook.load("simple_pendulum")).printed == {}

@@ -13,10 +13,12 @@ from pathlib import Path
 import pytest
 from systems import derive_system
 
+import mecanique as mq
 from mecanique import textbook
 from mecanique.cli.derive import set_in_rows
 from mecanique.derivation import METHODS
 from mecanique.derivation.document import to_page
+from mecanique.derivation.printing.letters import letters_of_words
 from mecanique.derivation.printing.lines import PAGE, align, display, number_rows, width
 from mecanique.derivation.printing.prose import to_html, to_latex
 from mecanique.derivation.printing.writers import Latex, MathML
@@ -275,3 +277,68 @@ def test_a_power_after_brackets_is_raised_on_a_page() -> None:
 def test_a_page_may_end_after_any_row_of_pictures(tmp_path: Path) -> None:
     rows = set_in_rows(["\\rule{300pt}{250pt}"] * 3)
     assert "Overfull" not in compile_latex(to_page([rows]), tmp_path)
+
+
+def make_turntable(*names: str, parameter: str = "c") -> mq.Mechanism:
+    """Return disks that turn one on another, the first held by a spring."""
+    disks = [mq.Body(f"disk{k}", mq.disk(1.0, 1.0)) for k in range(len(names))]
+    seats = zip(["ground", *(disk.name for disk in disks)], disks, names, strict=False)
+    joints = [mq.Revolute(f"hinge_{disk.name}", on, disk.name, axis=(0, 0, 1), coordinate=name)
+              for on, disk, name in seats]  # fmt: skip
+    stiffness = mq.Parameter(parameter, 1.0)
+    spring = mq.JointSpring("spring", joints[0].name, stiffness)
+    bodies = (mq.Body("ground"), *disks)
+    return mq.Mechanism(
+        "turntable", bodies, tuple(joints), parameters=(stiffness,), forces=(spring,)
+    )
+
+
+def test_angles_that_are_called_by_words_have_letters() -> None:
+    """Books write psi and phi; text, which is typed, keeps the names."""
+    assert letters_of_words(make_turntable("yaw", "crank", "theta1", "rear_spin", "q")) == {
+        "yaw": "psi", "p_yaw": "p_psi", "P_yaw": "P_psi", "pi_yaw": "pi_psi", "Q_yaw": "Q_psi",
+        **{f"{of}{name}": f"{of}{letter}" for of in ("", "p_", "P_", "pi_", "Q_", "W_", "δW_")
+           for name, letter in (("crank", "phi_crank"), ("rear_spin", "phi_rear"))},
+        "W_yaw": "W_psi", "δW_yaw": "δW_psi",
+    }  # fmt: skip
+    equations = mq.derive(make_turntable("yaw"))
+    assert equations.latex().count("\\psi") == 2
+    assert equations.equations[0].latex().count("\\psi") == 2
+    assert "ψ" in equations.mathml()
+    assert equations.equations[0].mathml().count("<mi>ψ</mi>") == 2
+    assert "yaw''" in str(equations)
+    assert {str(symbol) for symbol in equations.Q.free_symbols} == {"c", "yaw"}
+    steps = equations.latex(steps=True)
+    assert "\\item[{\\normalfont $\\psi$}] yaw, rotation of disk0" in steps
+    assert "Operator for $\\psi$" in steps
+    assert "\\frac{\\partial T}{\\partial \\dot{\\psi}}" in steps
+    assert "\\text{yaw}" not in steps
+
+
+@pytest.mark.parametrize(
+    ("names", "parameter", "letter"),
+    [
+        (("yaw", "psi"), "c", "phi"),
+        (("yaw",), "psi", "phi"),
+        (("yaw", "roll"), "psi", "theta"),
+        (("yaw", "heading"), "c", "psi"),
+    ],
+)
+def test_no_letter_stands_for_two_words(
+    names: tuple[str, ...], parameter: str, letter: str
+) -> None:
+    mechanism = make_turntable(*names, parameter=parameter)
+    letters = letters_of_words(mechanism)
+    assert letters["yaw"] == letter
+    printed = [letters.get(name, name) for name in (*mechanism.coordinates, parameter)]
+    assert len({*printed}) == len(names) + 1
+
+
+def test_a_condition_of_rolling_keeps_its_letter() -> None:
+    """psi = 0 is the condition, so the heading of a coin is another letter."""
+    coin = mq.textbook.load("rolling_coin")
+    letters = letters_of_words(coin)
+    assert [letters[name] for name in ("yaw", "lean", "spin")] == ["alpha", "theta", "phi"]
+    written = mq.derive(coin).latex(steps=True)
+    assert "$z = r \\cos(\\theta)$" in written
+    assert "\\text{lean}" not in written

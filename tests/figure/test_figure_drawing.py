@@ -472,14 +472,14 @@ def test_angles_that_nothing_depends_on_are_drawn_turned() -> None:
         for m in figure(seen("rolling_coin"))
         if isinstance(m, Words)
     }
-    assert {"yaw", "lean", "spin", "r"} <= words
+    assert {"α", "θ", "φ", "r"} <= words  # as in the equations, of yaw, lean and spin
 
 
 def test_angles_that_are_zero_have_their_arcs_too() -> None:
     """Of the bicycle, upright and straight, whose equations are those of roll and steer."""
     marks = [mark for mark in coordinates(seen("whipple_bicycle")) if isinstance(mark, Words)]
     words = {"".join(text for text, _ in mark.parts) for mark in marks}
-    assert {"yaw", "roll", "pitch", "steer"} <= words
+    assert {"α", "φ", "θ", "δ"} <= words
 
 
 def test_wheelbase_and_trail_are_measured_on_the_ground() -> None:

@@ -260,6 +260,8 @@ class Checker:
             dimension = units.get(name)
             unit = f" [{say_unit(dimension)}]" if dimension is not None else ""
             listed[name] = f"{said}{unit}"
+        for printed, name in letters.printed.items():
+            listed.setdefault(printed, f"the same as {name}")
         return listed
 
     def ask(self, question: str, held: frozenset[str] | None = None) -> AskedQuantity:

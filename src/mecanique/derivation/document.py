@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
@@ -23,6 +23,7 @@ from mecanique.derivation.printing.writers import (
     Printed,
     Text,
     Writer,
+    to_lines,
     to_math,
 )
 from mecanique.derivation.scalars.cancel import without_common_divisor
@@ -199,9 +200,9 @@ class Document:
         if not (steps or symbols):
             if not self.equations:
                 return f"\\text{{{self._nothing}}}"
-            rows = [equation.latex() for equation in self.equations]
+            rows = [equation.write(Latex(self._letters)) for equation in self.equations]
             return f"\\begin{{aligned}}\n{align(rows)}\n\\end{{aligned}}"
-        writer = Latex()
+        writer = Latex(self._letters)
         out = [_FRAGMENT, f"\\section*{{{self._convert(self._heading)}}}"]
         for paragraph in self._about:
             out.append(self._convert(paragraph) + "\n")
@@ -224,7 +225,7 @@ class Document:
             if part.matrices is not None:
                 out += ["They are linear:", display(part.matrices.lines())]
             for assumption in part.assumptions:
-                positive = expression(assumption.positive).latex()
+                positive = expression(assumption.positive).write(writer)
                 said = self._convert(_TAKEN.format(assumption.subject))
                 out.append(f"{said} ${positive}$, {_POSITIVE}\n")
         return "\n".join(out)
@@ -232,10 +233,10 @@ class Document:
     def mathml(self, steps: bool, symbols: bool = False) -> str:
         """Return the derivation in MathML; with steps or symbols, as a fragment of an HTML page."""
         if not (steps or symbols):
-            lines = [equation.mathml() for equation in self.equations]
+            lines = [self._in_math(equation) for equation in self.equations]
             return "\n".join(lines or [f"<p>{self._nothing}</p>"])
         opening = self._open_html(self.meanings(steps), steps)
-        return "\n".join([*opening, *self._write_html(steps, _in_math)])
+        return "\n".join([*opening, *self._write_html(steps, self._in_math)])
 
     def html(self, steps: bool = False) -> str:
         """Return the derivation for a notebook: its formulas wrap without a script."""
@@ -247,7 +248,7 @@ class Document:
             named = (meaning for meaning in listed if letters.intersection(meaning.names))
             listed = [*self._list_meanings(steps=False), *named]
         below = () if steps else tuple(stage._repr_html_() for stage in reactions)
-        lines = self._write_html(steps, Printed._repr_html_, below)
+        lines = self._write_html(steps, self._in_lines, below)
         return "\n".join([*self._open_html(listed, steps, _COLUMNS), *lines])
 
     def _outline(self, steps: bool) -> Iterator[_Part]:
@@ -342,7 +343,7 @@ class Document:
             yield f"<p>{self._set(sentence)}</p>"
         yield symbols
         shown = [meaning for meaning in listed if not meaning.told]
-        for letters, sentence, equality in _write_meanings(shown, MathML()):
+        for letters, sentence, equality in _write_meanings(shown, MathML(self._letters)):
             symbol = ", ".join(to_math(letter, "inline") for letter in letters)
             said = self._set(sentence)
             if equality:
@@ -361,14 +362,14 @@ class Document:
         listed = self._list_meanings(steps=False)
         return tuple(
             (to_math("<mo>,</mo>".join(letters), "inline"), self._spell(sentence))
-            for letters, sentence, _ in _write_meanings(listed, MathML())
+            for letters, sentence, _ in _write_meanings(listed, MathML(self._letters))
         )
 
     def sections(self) -> tuple[Section, ...]:
         """Return the steps, the equations of motion and what they come to, in MathML."""
         out = []
         for part in self._outline(steps=True):
-            lines = [_in_math(line) for line in part.lines]
+            lines = [self._in_math(line) for line in part.lines]
             sentences = [part.sentence, *(_assume(taken, Text()) for taken in part.assumptions)]
             if part.matrices is not None:
                 lines.append(part.matrices.mathml())
@@ -413,14 +414,28 @@ class Document:
         for sentence in self._warn(steps):
             yield from ("", *textwrap.wrap(sentence, _WIDTH))
 
+    def _in_math(self, line: Printed) -> str:
+        """Return a line as an element of MathML; an equation of motion has its text, too."""
+        said = line.text() if isinstance(line, Equation) else ""
+        return to_math(line.write(MathML(self._letters)), alt=said)
+
+    def _in_lines(self, line: Printed) -> str:
+        """Return a line as HTML that wraps."""
+        return to_lines(line.write(MathML(self._letters)), line.text())
+
+    @property
+    def _letters(self) -> Mapping[str, str]:
+        """The letters of names that are words."""
+        return self.derivation.algebra.ring.letters
+
     def _spell(self, sentence: str) -> str:
         return spell_greek(sentence, self._names)
 
     def _set(self, sentence: str) -> str:
-        return to_html(sentence, self._names)
+        return to_html(sentence, self._names, self._letters)
 
     def _convert(self, sentence: str) -> str:
-        return to_latex(sentence, self._names, self._points)
+        return to_latex(sentence, self._names, self._points, self._letters)
 
     @cached_property
     def _points(self) -> frozenset[str]:
@@ -469,11 +484,6 @@ def _mirror(line: Printed) -> str:
     return replace(line, left=line.right, right=line.left, shown=None).write(Text())
 
 
-def _in_math(line: Printed) -> str:
-    """Return a line as an element of MathML; an equation of motion has its text, too."""
-    return line.mathml() if isinstance(line, Equation) else to_math(line.write(MathML()))
-
-
 def to_page(parts: Sequence[str], name: str = "") -> str:
     """Assemble fragments of LaTeX into a complete document about something, equations numbered."""
     title = [f"\\begin{{center}}\\LARGE {tex(to_title(name))}\\end{{center}}"] if name else []
@@ -491,6 +501,9 @@ def _write_meanings(
     """Yield the letters of each meaning, its sentence, and its definition as an equality or ""."""
     for meaning in listed:
         letters = [writer.letter(name, False, "") for name in meaning.names]
+        (first, *more), sentence = meaning.names, meaning.sentence
+        if first in writer.letters and not more and "_" not in writer.letters[first].rstrip("'"):
+            sentence = f"{first}, {sentence}"
         value = meaning.definition
         equality = "" if value is None else writer.equation(letters[0], value.write(writer))
-        yield letters, meaning.sentence, equality
+        yield letters, sentence, equality

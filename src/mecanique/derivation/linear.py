@@ -60,20 +60,25 @@ class Linear:
 
     def latex(self) -> str:
         """Return one equation between matrices in LaTeX, without dollar signs."""
-        return self._write_whole(Latex())
+        return self._write_whole(Latex(self._letters))
 
     def lines(self) -> list[str]:
         """Return the equation in LaTeX; large matrices follow on lines of their own."""
         if len(self.names) < _LARGE:
             return [self.latex()]
-        writer = Latex()
+        writer = Latex(self._letters)
         matrices = [f"{letter} = {_write(rows, writer)}" for letter, rows, _ in self._terms]
         forces = [f"f = {self._write_forces(writer)}"] if any(self.f) else []
         return [self._state(writer), *matrices, f"q = {self._write_column(writer, '')}", *forces]
 
     def mathml(self) -> str:
         """Return the equation as one MathML element."""
-        return to_math(self._write_whole(MathML()))
+        return to_math(self._write_whole(MathML(self._letters)))
+
+    @property
+    def _letters(self) -> Mapping[str, str]:
+        """The letters of names that are words."""
+        return self.M[0][0].ring.letters
 
     @property
     def _terms(self) -> list[tuple[str, Matrix, str]]:

@@ -39,6 +39,7 @@ from mecanique.derivation.printing.expressions import (
     to_sympy,
 )
 from mecanique.derivation.printing.formulas import open_sum
+from mecanique.derivation.printing.letters import letters_of_words
 from mecanique.derivation.printing.lines import INLINE, display, width
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer, to_lines, write
 from mecanique.derivation.scalars.series import Kind, Series
@@ -211,14 +212,14 @@ class Modes(Legible):
         return "\n".join(map(str, self.modes))
 
     def _repr_html_(self) -> str:
-        shown = []
+        shown, writer = [], MathML(letters_of_words(self.mechanism))
         for mode in self.modes:
             names = {*mode.places, *mode.forces}
             shown.append(f"<h4>{escape(mode.title)}</h4>")
             if mode.remark:
                 shown.append(f"<p>{escape(mode.remark)}</p>")
-            shown += map(to_lines, mode.write(MathML()), mode.write(Text()))
-            for words, formula in mode.write_conditions(MathML()):
+            shown += map(to_lines, mode.write(writer), mode.write(Text()))
+            for words, formula in mode.write_conditions(writer):
                 math = f" <math>{formula}</math>" if formula else ""
                 shown.append(f"<p>{prose.to_html(words, names)}{math}</p>")
         return "\n".join(shown)
@@ -233,6 +234,7 @@ class Modes(Legible):
     def latex(self) -> str:
         """Return the modes as LaTeX."""
         name = prose.escape(to_title(self.mechanism.name))
+        writer = Latex(letters_of_words(self.mechanism))
         every = {*self.mechanism.coordinates, *(symbol for symbol, _ in self.symbols)}
         parts = [f"\\section*{{{name}: equations of motion in each mode}}"]
         for paragraph in self.mechanism.about.splitlines():
@@ -240,17 +242,17 @@ class Modes(Legible):
             parts.append(prose.to_latex(paragraph, every, points) + "\n")
         parts.append("\\begin{description}\\setlength{\\itemsep}{0pt}\\setlength{\\parskip}{0pt}")
         for symbol, meaning in self.symbols:
-            letter = Latex().letter(symbol, False, "")
+            letter = writer.letter(symbol, False, "")
             parts.append(f"\\item[{{\\normalfont ${letter}$}}] {prose.to_latex(meaning, every)}")
         parts.append("\\end{description}")
         for mode in self.modes:
-            names, formulas = {*mode.places, *mode.forces}, mode.write(Latex())
+            names, formulas = {*mode.places, *mode.forces}, mode.write(writer)
             parts.append(f"\\subsection*{{{prose.escape(mode.title)}}}")
             parts += [f"{mode.remark}\n"] if mode.remark else []
             parts += [display(formulas)] if formulas else []
             said = (
                 prose.to_latex(words, names) + _set_formula(formula)
-                for words, formula in mode.write_conditions(Latex())
+                for words, formula in mode.write_conditions(writer)
             )
             parts.append("; ".join(said).replace("\\end{align*}; ", "\\end{align*}\n"))
         return "\n".join(parts)

@@ -570,7 +570,7 @@ def _draw_angle(setting: Setting, angle: _Angle, level: int) -> Iterator[Mark]:
     yield from arc(points if angle.value >= 0 else points[::-1], "coordinate")
     center, half = camera.at(middle), points[len(points) // 2]
     away = half - center if math.hypot(*(half - center)) > 6 else np.array([0.0, -1.0])
-    yield label(half, angle.name, away, 5.0, "coordinate-letter")
+    yield label(half, setting.letter(angle.name), away, 5.0, "coordinate-letter")
 
 
 def _rise(setting: Setting, angle: _Angle, axis: Floats) -> Floats:

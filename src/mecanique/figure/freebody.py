@@ -395,7 +395,8 @@ def _symbol(setting: Setting, action: Action, *, moment: bool) -> str:
     if action.kind == "weight":
         return f"{mass}*g" if mass else f"G_{action.body}"
     if action.kind == "inertia":
-        taken = {p.symbol for p in mechanism.parameters}.union(mechanism.coordinates)
+        printed = map(setting.letter, mechanism.coordinates)
+        taken = {p.symbol for p in mechanism.parameters}.union(printed)
         rate = "epsilon" if "alpha" in taken else "alpha"
         acceleration = f"a_{action.body}" if "a" in taken else "a"
         return f"-I*{rate}" if moment else f"-{mass or f'm_{action.body}'}*{acceleration}"

@@ -643,7 +643,7 @@ def given_motions(setting: Setting) -> Iterator[Mark]:
         names = symbols_in(law)
         if "t" not in names or names & set(mechanism.coordinates):
             continue
-        words = f"{joint.coordinate} = {_write(law)}"
+        words = f"{setting.letter(joint.coordinate)} = {_write(law)}"
         if isinstance(joint, Prismatic):
             yield from _slide(setting, joint, words)
         else:

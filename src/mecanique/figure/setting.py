@@ -10,6 +10,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
+from mecanique.derivation.printing.letters import letters_of_words, to_letter
 from mecanique.errors import MecaniqueError
 from mecanique.figure.paper.marks import Point, directions
 from mecanique.figure.solids import (
@@ -136,6 +137,10 @@ class Setting:
         )
         best: Point = ways[int(np.argmin(np.round(crowded, 6) + 1e-4 * np.abs(ways[:, 1])))]
         return best
+
+    def letter(self, name: str) -> str:
+        """Return the letter that a name has in equations."""
+        return to_letter(name, letters_of_words(self.mechanism))
 
     def name(self, scalar: Scalar) -> str:
         """Return the text of a scalar beside what it measures: its formula, if that is short."""

@@ -40,6 +40,7 @@ from mecanique.derivation.printing.formulas import (
     names_in,
     number,
 )
+from mecanique.derivation.printing.letters import letters_of_words
 from mecanique.derivation.printing.lines import display, width
 from mecanique.derivation.printing.prose import to_html, to_latex
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer, write
@@ -320,6 +321,7 @@ class Written(Legible):
     meanings: tuple[tuple[tuple[str, ...], str], ...]
     recursion: tuple[WrittenPart, ...]  # the results in order
     results: tuple[WrittenPart, ...]  # the equations of motion, then the constraints
+    printed: Mapping[str, str]  # letters for names that are words
 
     @cached_property
     def lines(self) -> tuple[str, ...]:
@@ -351,18 +353,19 @@ class Written(Legible):
     def latex(self) -> str:
         """Return the list in LaTeX, as a fragment of a document."""
         names = frozenset(name for names, _ in self.meanings for name in names)
+        writer = Latex(self.printed)
         out = [_FRAGMENT, f"\\section*{{{to_latex(self.title, ())}}}"]
         out += [f"{to_latex(paragraph, names)}\n" for paragraph in self.about]
         out.append("\\begin{description}\\setlength{\\itemsep}{0pt}\\setlength{\\parskip}{0pt}")
         for symbols, sentence in self.meanings:
-            letters = ((name, Latex().letter(name, False, "")) for name in symbols)
+            letters = ((name, writer.letter(name, False, "")) for name in symbols)
             said = ", ".join(name if name == "…" else f"${letter}$" for name, letter in letters)
             below = " \\hfill \\\\" if width(said) > _LABEL else ""
             out.append(f"\\item[{{\\normalfont {said}}}]{below} {to_latex(sentence, names)}")
         out.append("\\end{description}")
         for part in self._parts:
             out += [f"\\subsection*{{{part.heading}}}", to_latex(part.said, names)]
-            rows = part.write(Latex())
+            rows = part.write(writer)
             if part.first:
                 rows = tuple(f"{row} \\tag{{{n}}}" for n, row in enumerate(rows, part.first))
             out += [display(rows)] if rows else []
@@ -382,16 +385,16 @@ class Written(Legible):
 
     def symbols(self) -> tuple[tuple[str, str], ...]:
         """Return each symbol in MathML, with its meaning in words."""
-        explained = []
+        explained, writer = [], MathML(self.printed)
         for names, sentence in self.meanings:
-            symbol = "<mo>,</mo>".join(MathML().letter(name, False, "") for name in names)
+            symbol = "<mo>,</mo>".join(writer.letter(name, False, "") for name in names)
             explained.append((_MATH.format("inline", symbol), sentence))
         return tuple(explained)
 
     def sections(self) -> Iterator[tuple[str, str, tuple[str, ...]]]:
         """Yield heading, explanation and formulas in MathML of each part."""
         for part in self._parts:
-            rows = part.write(MathML())
+            rows = part.write(MathML(self.printed))
             yield part.heading, part.said, tuple(_MATH.format("block", row) for row in rows)
 
     def __str__(self) -> str:
@@ -511,7 +514,8 @@ def write_recursion(equations: Equations) -> Written:
     moving = dict.fromkeys((*mechanism.coordinates, "t", *letters.signals), 1)
     moving |= {name: 2 for v in mechanism.velocities for name in (v, f"{v}'")}
     recursion = tuple(_divide(lines, moving))
-    return Written(title, about, tuple(meanings), recursion, tuple(written))
+    printed = letters_of_words(mechanism)
+    return Written(title, about, tuple(meanings), recursion, tuple(written), printed)
 
 
 def _divide(lines: Sequence[ResultLine], moving: dict[str, int]) -> Iterator[WrittenPart]:

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Literal, TypeAlias, final
 
 from mecanique.checking.grammar.tree import FUNCTIONS, Node, letter, number
-from mecanique.derivation.printing.letters import SplitName
+from mecanique.derivation.printing.letters import SplitName, letters_of_words
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import angles
 
@@ -57,6 +57,8 @@ class KnownLetters:
     defined: Mapping[str, Node] = field(default_factory=dict)
     # functions that are written with a letter of their own in a question
     functions: Mapping[str, str] = field(default_factory=dict)
+    # the name of each coordinate that is printed by another letter, by that letter
+    printed: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -81,7 +83,9 @@ class KnownLetters:
         kinds |= {signal.symbol: "input" for signal in mechanism.inputs}
         turning = angles(mechanism) & set(mechanism.coordinates)
         turning |= {p.symbol for p in mechanism.parameters if p.unit in ("rad", "deg", "°")}
-        return cls(kinds, rates, frozenset(turning), functions=functions)
+        words = letters_of_words(mechanism).items()
+        printed = {letter: name for name, letter in words if name in rates}
+        return cls(kinds, rates, frozenset(turning), functions=functions, printed=printed)
 
     def define(self, name: str, formula: Node, rates: Mapping[str, Node]) -> KnownLetters:
         """Return these letters with one more that is defined by a formula."""
@@ -100,7 +104,11 @@ class KnownLetters:
     @cached_property
     def by_key(self) -> dict[str, str]:
         """The name of each letter, by its spelling for comparison."""
-        return {key_of(name): name for name in self.kinds}
+        known = {key_of(name): name for name in self.kinds}
+        for printed, name in self.printed.items():
+            for dots in ("", "'", "''"):
+                known.setdefault(key_of(printed + dots), name + dots)
+        return known
 
     @cached_property
     def longest(self) -> int:

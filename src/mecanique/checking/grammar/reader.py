@@ -666,7 +666,8 @@ def define(text: str, letters: KnownLetters) -> tuple[str, Node, KnownLetters]:
     name = key_of(re.sub(r"[\\{}\s]|\(t\)", "", left))
     if not sign or not re.fullmatch(r"[^\W\d]\w*", name):
         raise FormulaError(f"expected LETTER = FORMULA, e.g. J = m l^2/3, got {text!r}")
-    name = letters.by_key.get(name, name)
+    if name not in letters.printed:  # which may as well be called something else
+        name = letters.by_key.get(name, name)
     if letters.kinds.get(name) in ("time", "constant"):
         raise FormulaError(f"{name!r} is defined already; define another letter")
     statements = read(right, letters)

@@ -1,10 +1,15 @@
-"""Split the names of quantities into base letter, subscript and dots, with Greek letters."""
+"""Letters for the names of quantities: Greek ones, words as letters, subscripts and dots."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import final
+
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.random_positions import angles
 
 _SPELLED = (
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho sigma "
@@ -40,6 +45,64 @@ class SplitName:
         if not subscript and base not in (*GREEK, *_NICKNAMES) and _JOINED.fullmatch(base):
             base, subscript = base[0], base[1:]
         return cls(_spell(base), _spell(subscript), len(name) - len(stem))
+
+
+_USUAL = {
+    **dict.fromkeys(("yaw", "heading"), "psi"),
+    **dict.fromkeys(("roll", "spin", "turn", "turned", "precession", "rotation"), "phi"),
+    **dict.fromkeys(("pitch", "lean", "tilt", "nutation", "swing"), "theta"),
+    **dict.fromkeys(("steer", "steering"), "delta"),
+}
+"""The letter that books have for an angle that is called by a word."""
+
+_SPARE = ("phi", "theta", "psi", "alpha", "beta", "gamma", "chi")
+_OF_COORDINATES = ("p", "P", "pi", "Q", "W", "δW")
+"""Letters of which a coordinate is the subscript."""
+
+_WORD = re.compile(r"(?:(?P<whose>[a-z]{2,})_)?(?P<word>[a-z]{3,})")
+
+
+@lru_cache(maxsize=64)
+def letters_of_words(mechanism: Mechanism) -> Mapping[str, str]:
+    """Return a letter for each angle among the coordinates that is called by a word.
+
+    It is the usual one or another that is free; where the word is a body's, or anything's that has
+    no usual one, it is the subscript: yaw is psi, rear_spin phi_rear, crank phi_crank. So are those
+    of momenta and generalized forces, p_psi for p_yaw.
+    """
+    turning = angles(mechanism)
+    words = {name: _WORD.fullmatch(name) for name in mechanism.coordinates if name in turning}
+    known = {*GREEK, *_NICKNAMES}
+    wordy = {name: m for name, m in words.items() if m and known.isdisjoint((*m.groups(), name))}
+    inputs = (signal.symbol for signal in mechanism.inputs)
+    given = {*mechanism.coordinates, *mechanism.values, *inputs} - wordy.keys()
+    taken = {SplitName.of(name) for name in given}
+    if mechanism.rolls:
+        taken.add(SplitName("psi", "", 0))  # of conditions on velocities
+    letters: dict[str, str] = {}
+    # a usual letter goes to whoever has it, before the spare ones are given away
+    for spare in ((), _SPARE):
+        for name, match in wordy.items():
+            usual = _USUAL.get(match["word"])
+            whose = match["whose"] if usual else name
+            if name in letters or (match["whose"] and not usual):
+                continue
+            for base in (usual or "phi", *spare):
+                letter = f"{base}_{whose}" if whose else base
+                if SplitName.of(letter) not in taken:
+                    letters[name] = letter
+                    taken.add(SplitName.of(letter))
+                    break
+    written = dict(letters)
+    for name, letter in letters.items():
+        written |= {f"{of}_{name}": f"{of}_{letter}" for of in _OF_COORDINATES}
+    return {name: letter for name, letter in written.items() if name not in given}
+
+
+def to_letter(name: str, letters: Mapping[str, str]) -> str:
+    """Return a name, with primes or without, by its letter if it has one."""
+    stem = name.rstrip("'")
+    return letters.get(stem, stem) + name[len(stem) :]
 
 
 _PLAIN = re.compile(r"[a-z]{2,}(_[a-z]{2,})*")

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import html
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import NamedTuple, final
 
 from mecanique.derivation.printing.letters import GREEK
-from mecanique.derivation.printing.writers import Latex, MathML
+from mecanique.derivation.printing.writers import NO_LETTERS, Latex, MathML
 
 _NAMES = {sign: name for name, sign in GREEK.items()}
 _TOKEN = re.compile(
@@ -57,14 +57,25 @@ def find_points(sentence: str) -> frozenset[str]:
     return frozenset(_Sentence(sentence, ()).points)
 
 
-def to_latex(sentence: str, names: Collection[str], points: Collection[str] = ()) -> str:
+def to_latex(
+    sentence: str,
+    names: Collection[str],
+    points: Collection[str] = (),
+    letters: Mapping[str, str] = NO_LETTERS,
+) -> str:
     """Convert a sentence to LaTeX's text mode, with its formulas set as mathematics."""
-    return escape(sentence) if _is_source(sentence) else _Sentence(sentence, names, points).latex()
+    if _is_source(sentence):
+        return escape(sentence)
+    return _Sentence(sentence, names, points, letters).latex()
 
 
-def to_html(sentence: str, names: Collection[str] = ()) -> str:
+def to_html(
+    sentence: str, names: Collection[str] = (), letters: Mapping[str, str] = NO_LETTERS
+) -> str:
     """Convert a sentence to HTML, with the letters in it set as in formulas."""
-    return html.escape(sentence) if _is_source(sentence) else _Sentence(sentence, names).html()
+    if _is_source(sentence):
+        return html.escape(sentence)
+    return _Sentence(sentence, names, letters=letters).html()
 
 
 def _is_source(sentence: str) -> bool:
@@ -104,8 +115,16 @@ class _Part(NamedTuple):
 class _Sentence:
     """A sentence as tokens, read from left to right; each formula is as long as possible."""
 
-    def __init__(self, sentence: str, names: Collection[str], points: Collection[str] = ()) -> None:
+    def __init__(
+        self,
+        sentence: str,
+        names: Collection[str],
+        points: Collection[str] = (),
+        letters: Mapping[str, str] = NO_LETTERS,
+    ) -> None:
         self.names = names
+        self.letters = letters
+        self.writer = Latex(letters)
         self.tokens = []
         for match in _TOKEN.finditer(sentence):
             before = sentence[match.start() - 1 : match.start()]
@@ -134,7 +153,7 @@ class _Sentence:
 
     def html(self) -> str:
         """Return the sentence for a page; signs between letters stay text."""
-        writer, out = MathML(), []
+        writer, out = MathML(self.letters), []
         for at, token in enumerate(self.tokens):
             core, power = self._split_power(token.text)
             is_letter = token.kind == "word" and self._is_letter(core, at, within=False)
@@ -155,7 +174,7 @@ class _Sentence:
         bare = name.rstrip("'")
         if len(bare) > 1 and bare not in self.names and bare not in GREEK:
             return differential[0]
-        return f"{sign}<math>{MathML().letter(name, False, '')}</math>"
+        return f"{sign}<math>{MathML(self.letters).letter(name, False, '')}</math>"
 
     def _text(self, at: int) -> str:
         return self.tokens[at].text if 0 <= at < len(self.tokens) else ""
@@ -262,7 +281,7 @@ class _Sentence:
         inner = self._read_formula(at + 2)
         if inner is None or self._text(inner.end) != ")":
             return None
-        writer, argument = Latex(), inner.latex
+        writer, argument = self.writer, inner.latex
         letter = f"{writer.letter(name, False, '')}({argument})"
         written = writer.call(name, argument, "") if name in _CALLED else letter
         power, end = self._read_power(inner.end + 1)
@@ -273,7 +292,7 @@ class _Sentence:
         core, power = self._split_power(self._text(at))
         if not self._is_letter(core, at, within):
             return None
-        written = core if self._is_point(core) else Latex().letter(core, False, power)
+        written = core if self._is_point(core) else self.writer.letter(core, False, power)
         return _Part(written, at + 1, lettered=True)
 
     def _is_point(self, core: str) -> bool:
@@ -299,9 +318,11 @@ class _Sentence:
         if bare in GREEK or any(sign in _NAMES or sign in "δ∂" for sign in core):
             return True
         if core in self.names or bare in self.names:
-            # a word that is also a symbol, e.g. arm, is a symbol only within a formula
+            # a word that is also a symbol, e.g. arm, is a symbol only within a formula, and where
+            # a book has a letter, as in "the angle yaw"
             word = core.isalpha() and len(core) > 2 and core[1:].islower() and core not in GREEK
-            return not word or self._is_joined(at)
+            called = core in self.letters and self._text(at - 1) in ("angle", "for")
+            return not word or called or self._is_joined(at)
         if len(bare) == 1 and bare.isascii():
             return True
         if 1 < len(core) < 6 and core.isupper() and core.isalpha():
@@ -331,7 +352,7 @@ class _Sentence:
 
     def _write_slope(self, text: str) -> str:
         """Return a derivative in LaTeX, "" if the text is not one."""
-        writer = Latex()
+        writer = self.writer
         if text == "d/dt":
             return "\\frac{d}{dt}"
         if text == "dm":

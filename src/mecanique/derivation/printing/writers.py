@@ -10,6 +10,7 @@ from fractions import Fraction
 from html import escape
 from itertools import pairwise
 from math import isqrt
+from types import MappingProxyType
 from typing import ClassVar, final
 from xml.etree.ElementTree import Element, fromstring, tostring
 
@@ -22,7 +23,7 @@ from mecanique.derivation.printing.formulas import (
     Sum,
     names_in,
 )
-from mecanique.derivation.printing.letters import GREEK, SplitName, is_varied
+from mecanique.derivation.printing.letters import GREEK, SplitName, is_varied, to_letter
 from mecanique.derivation.scalars.series import Series
 
 _TIMES = "<mo>&#x2062;</mo>"
@@ -37,6 +38,8 @@ _LARGE = 10**6
 """Numbers up to this are searched for squares that stand before a root."""
 _THIN = '<mspace width="0.1667em"/>'
 
+NO_LETTERS: Mapping[str, str] = MappingProxyType({})
+
 
 class Writer(ABC):
     """A format; all arguments except names and numbers are strings already written in it."""
@@ -49,6 +52,9 @@ class Writer(ABC):
     slope: ClassVar[str]  # ∂ of one letter by another
     rate: ClassVar[str]  # d/dt of that
     turned: ClassVar[str]  # a component of ω × a gradient
+
+    def __init__(self, letters: Mapping[str, str] = NO_LETTERS) -> None:
+        self.letters = letters  # of names that are words; text has the names themselves
 
     @abstractmethod
     def number(self, digits: str) -> str:
@@ -165,7 +171,7 @@ class Latex(Writer):
         """Write a named quantity."""
         if is_varied(name):
             return f"\\delta {self.letter(name[1:], of_time, exponent)}"
-        letter = SplitName.of(name)
+        letter = SplitName.of(to_letter(name, self.letters))
         written = self._word(letter.base)
         if letter.dots:
             written = f"\\{'d' * letter.dots}ot{{{written}}}"
@@ -244,7 +250,7 @@ class MathML(Writer):
         """Write a named quantity."""
         if is_varied(name):
             return f"<mrow><mi>δ</mi>{self.letter(name[1:], of_time, exponent)}</mrow>"
-        letter = SplitName.of(name)
+        letter = SplitName.of(to_letter(name, self.letters))
         written = self._word(letter.base)
         if letter.dots:
             accent = {1: "˙", 2: "¨"}.get(letter.dots, "˙" * letter.dots)
@@ -496,6 +502,11 @@ def _is_break(part: Element) -> bool:
 class Printed(ABC):
     """An object that can be written as text, LaTeX and MathML, and displayed in a notebook."""
 
+    @property
+    def spelled(self) -> Mapping[str, str]:
+        """The letters of its names that are words."""
+        return NO_LETTERS
+
     @abstractmethod
     def write(self, writer: Writer) -> str:
         """Write it in the format of a writer."""
@@ -506,11 +517,11 @@ class Printed(ABC):
 
     def latex(self) -> str:
         """Return it in LaTeX, without dollar signs."""
-        return self.write(Latex())
+        return self.write(Latex(self.spelled))
 
     def mathml(self) -> str:
         """Return it as one MathML element."""
-        return to_math(self.write(MathML()), alt=self.text())
+        return to_math(self.write(MathML(self.spelled)), alt=self.text())
 
     def __str__(self) -> str:
         return self.text()
@@ -523,7 +534,7 @@ class Printed(ABC):
 
     def _repr_html_(self) -> str:
         """Show it in a notebook, even where no script renders LaTeX."""
-        return to_lines(self.write(MathML()), self.text())
+        return to_lines(self.write(MathML(self.spelled)), self.text())
 
 
 @final
@@ -554,6 +565,11 @@ class Equation(Printed):
     # the monomial of parameters by which the derived equation was divided: derived = (left − right)
     # × divisor
     divisor: Series
+
+    @property
+    def spelled(self) -> Mapping[str, str]:
+        """The letters of its names that are words."""
+        return self.divisor.ring.letters
 
     def write(self, writer: Writer) -> str:
         """Write it in the format of a writer."""

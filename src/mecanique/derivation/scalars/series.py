@@ -410,6 +410,8 @@ class Ring:
         """Generators of which a power, 1 or 2, is a series of others: index, power and series."""
         self.places: dict[str, int] = {}
         """Position of each parameter within a printed product, by name; the first is 0."""
+        self.letters: Mapping[str, str] = {}
+        """Letters for names that are words, in print."""
         self.written: dict[Any, Any] = {}
         """A cache of printed monomials and angles."""
         self._indices: dict[str, int] = {}

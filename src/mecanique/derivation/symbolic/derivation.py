@@ -102,6 +102,11 @@ class Result(Printed):
     # returns the value as printed, if not in the usual order
     shown: Callable[[], Expression] | None = field(default=None, compare=False)
 
+    @property
+    def spelled(self) -> Mapping[str, str]:
+        """The letters of its names that are words."""
+        return self.right.ring.letters
+
     def expression(self) -> Expression:
         """Return the right side as it is printed."""
         return self._expression

@@ -13,6 +13,7 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.derivation.numeric.newton_euler import refuse_misfits
+from mecanique.derivation.printing.letters import letters_of_words
 from mecanique.derivation.scalars.elementary import sqrt
 from mecanique.derivation.scalars.evaluation import evaluate as value_of
 from mecanique.derivation.scalars.functions import function_without_arcs
@@ -49,6 +50,7 @@ class Algebra:
         refuse_misfits(mechanism)
         self.mechanism = mechanism
         self.ring = ring = Ring(most_terms=MOST_TERMS)
+        ring.letters = letters_of_words(mechanism)
         self.arithmetic = Arithmetic(function_without_arcs, self.number)
         self.velocities = mechanism.velocities
         self.accelerations = tuple(f"{name}'" for name in self.velocities)

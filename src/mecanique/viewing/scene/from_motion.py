@@ -73,14 +73,16 @@ def curves_of(motion: Motion) -> tuple[Plot, ...]:
 
 
 def _states(motion: Motion, *, shown: bool) -> Iterator[Plot]:
-    unit = units(motion.mechanism)
-    for name in motion.mechanism.coordinates:
-        yield Plot(name, letter(name), unit[name], motion[name], "Coordinates", shown=shown)
-    for name in motion.mechanism.velocities:
-        yield Plot(name, letter(name), unit[name], motion[name], "Velocities")
-    for k, name in enumerate(motion.mechanism.velocities):
+    mechanism = motion.mechanism
+    unit = units(mechanism)
+    for name in mechanism.coordinates:
+        symbol = letter(name, mechanism)
+        yield Plot(name, symbol, unit[name], motion[name], "Coordinates", shown=shown)
+    for name in mechanism.velocities:
+        yield Plot(name, letter(name, mechanism), unit[name], motion[name], "Velocities")
+    for k, name in enumerate(mechanism.velocities):
         rate, size = f"{name}'", per_second(unit[name])
-        yield Plot(rate, letter(rate), size, motion.a[:, k], "Accelerations")
+        yield Plot(rate, letter(rate, mechanism), size, motion.a[:, k], "Accelerations")
 
 
 def _energies(motion: Motion, *, shown: bool) -> Iterator[Plot]:

@@ -11,6 +11,7 @@ import numpy as np
 from mecanique.derivation import METHODS, derive
 from mecanique.derivation.document import Document
 from mecanique.derivation.equations import Equations
+from mecanique.derivation.printing.letters import letters_of_words
 from mecanique.derivation.printing.writers import MathML
 from mecanique.derivation.switching import (
     READABLE,
@@ -99,9 +100,9 @@ def _figure(motion: Motion) -> str:
         return ""
 
 
-def letter(name: str) -> str:
+def letter(name: str, mechanism: Mechanism) -> str:
     """Return the name of a quantity as it stands in equations, in MathML."""
-    return MathML().letter(name, False, "")
+    return MathML(letters_of_words(mechanism)).letter(name, False, "")
 
 
 def fits_page(equations: Equations) -> bool:
@@ -185,7 +186,7 @@ def _symbols_of(
 
     if mechanism.switching:
         named = modes.symbols if modes is not None else list_symbols(mechanism)
-        return tuple((letter(name), meaning) for name, meaning in named)
+        return tuple((letter(name, mechanism), meaning) for name, meaning in named)
     for equations_ in sorted(equations, key=lambda derived: derived.method != "lagrange"):
         with suppress(MecaniqueError):
             return write_recursion(equations_).symbols()
@@ -212,7 +213,8 @@ def _parameters(mechanism: Mechanism) -> Iterator[Knob]:
 
 
 def _knob(name: str, value: float, unit: str, meaning: str, ends: tuple[float, float]) -> Knob:
-    return Knob(name, letter(name), value, "" if unit == "1" else unit, meaning, *ends)
+    symbol = MathML().letter(name, False, "")
+    return Knob(name, symbol, value, "" if unit == "1" else unit, meaning, *ends)
 
 
 def quantities_of_inputs(mechanism: Mechanism) -> tuple[Knob, ...]:
@@ -238,10 +240,11 @@ def _initial(motion: Motion) -> Iterator[Knob]:
         reach = math.pi if unit[name] == "rad" else max(1.0, 2 * abs(float(value)))
         if is_free:
             ends = min(-reach, float(value)), max(reach, float(value))
-            yield _knob(name, float(value), unit[name], _START, ends)
+            yield Knob(name, letter(name, mechanism), float(value), unit[name], _START, *ends)
     for name, value in zip(mechanism.velocities, motion.v[0], strict=True):
         reach = max(10.0, 2 * abs(float(value)))
-        yield _knob(name, float(value), unit[name], _START, (-reach, reach))
+        symbol = letter(name, mechanism)
+        yield Knob(name, symbol, float(value), unit[name], _START, -reach, reach)
 
 
 def _freedom(motion: Motion) -> tuple[str, ...]:
@@ -318,7 +321,7 @@ def ledger_of(motion: Motion, actions: Sequence[Action]) -> WorkLedger:
     force_units = {"rad/s": "N·m", "m/s": "N"}
     generalized = tuple(force_units.get(unit[name], "") for name in mechanism.velocities)
     return WorkLedger(
-        tuple(letter(name.removesuffix("'")) for name in mechanism.velocities),
+        tuple(letter(name.removesuffix("'"), mechanism) for name in mechanism.velocities),
         generalized,
         tuple(rows),
     )
