@@ -157,7 +157,7 @@ def convert(
     joints = mechanism.joints
     mechanism = weld_constants(mechanism, form)
     welded = sum(a is not b for a, b in zip(joints, mechanism.joints, strict=True))
-    mechanism = ground_free_joints(mechanism, form)
+    mechanism, counting = ground_free_joints(mechanism, form)
     lost = list_losses(mechanism, form)
     mechanism = leave_out(mechanism, form)
     text = _WRITERS[form](mechanism)
@@ -185,7 +185,8 @@ def convert(
     bare = replace(read_again, switching=())
     passive = None if by_drake else passive_forces(result, form)  # as springs are tags, too
     readings = read_text_by(bare, by_engines, installed, seed, states, passive)
-    unstated = list_omissions(mechanism, form)
+    counted = (f"joint {name}: its coordinates count from the world's frame" for name in counting)
+    unstated = (*counted, *list_omissions(mechanism, form))
     if welded:
         named = say_count(welded, "joint")
         unstated += (f"the constant coordinates of {named}: welds in their place",)

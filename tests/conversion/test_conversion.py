@@ -14,9 +14,10 @@ import mecanique as mq
 from mecanique import conversion as room
 from mecanique.cli import app
 from mecanique.formats.mjcf import write_mjcf
-from mecanique.formats.scope import SCOPES, Form
+from mecanique.formats.scope import SCOPES, Form, list_losses
 from mecanique.model.bodies.body import Shape
 from mecanique.model.constraints.loops import Kind
+from mecanique.model.expression import coordinate
 from mecanique.reference.engine.package import has_pinocchio
 from mecanique.verification.engines import ENGINES
 from mecanique.verification.verdict import EngineReading
@@ -485,3 +486,18 @@ def test_a_body_free_above_what_is_welded_is_free_in_the_world(
     counted = ("joint top: its coordinates count from the world's frame",)
     assert conversion.lost == (counted if any(xyz) else ())
     assert conversion.proved
+
+
+@pytest.mark.parametrize("form", ["MJCF", "SDF"])
+def test_a_body_free_above_what_moves_is_free_in_the_world(form: Form) -> None:
+    """The same bodies in other coordinates; by a force in these it cannot be said."""
+    cart, bird = (mq.Body(name, mq.box(2.0, (0.1, 0.2, 0.3))) for name in ("cart", "bird"))
+    slide = mq.Prismatic("slide", "world", "cart", axis=(1, 0, 0))
+    fly = mq.Floating("fly", "cart", "bird", origin=mq.Placement((0.0, 0.0, 0.4)))
+    flight = mq.Mechanism("flight", (mq.Body("world"), cart, bird), (slide, fly), ground="world")
+    conversion = mq.convert(flight, form, states=5)
+    assert conversion.lost == ("joint fly: its coordinates count from the world's frame",)
+    assert conversion.proved
+    lift = mq.Force("lift", "bird", (0.0, 0.0, 0.0), (0.0, 0.0, -coordinate(fly.coordinates[2])))
+    bound = replace(flight, forces=(lift,))
+    assert "joint fly: free joints start at the world's frame" in list_losses(bound, form)

@@ -731,6 +731,30 @@ def test_the_spring_of_a_ball_rests_where_it_is_not_turned() -> None:
     assert mq.verify(mechanism, samples=5).agrees
 
 
+@pytest.mark.parametrize("form", ["sphere", "capsule", "cylinder", "ellipsoid", "box"])
+def test_a_geom_may_be_fitted_to_the_box_around_a_mesh(form: str) -> None:
+    corners = "0 0 0 1 0 0 0 1 0 0 0 4 .3 .4 -2"
+    text = body(
+        f'{HINGE}<geom type="{form}" mesh="m" fitscale="1.2" pos="0.1 0.2 0" euler="10 20 30"/>'
+        f'<geom type="{form}" mesh="m" shellinertia="true" mass="3"/>',
+        f'<compiler fitaabb="true"/><asset><mesh name="m" refquat="1 0.2 0.1 0" '
+        f'vertex="{corners}"/></asset>',
+    )
+    expect_the_same(read_mjcf(text), text)
+
+
+def test_a_capsule_fitted_to_the_box_around_a_cube_is_refused() -> None:
+    """MuJoCo refuses it, too: between the caps nothing is left."""
+    corners = "0 0 0 1 0 0 0 1 0 0 0 1 1 1 0 1 0 1 0 1 1 1 1 1"
+    text = body(
+        f'{HINGE}<geom type="{{}}" mesh="m"/>',
+        f'<compiler fitaabb="true"/><asset><mesh name="m" vertex="{corners}"/></asset>',
+    )
+    expect_the_same(read_mjcf(text.format("cylinder")), text.format("cylinder"))
+    with pytest.raises(mq.InputError, match="a capsule fitted to a mesh that is wider than long"):
+        read_mjcf(text.format("capsule"))
+
+
 def test_a_capsule_fitted_to_a_mesh_without_a_longest_axis_is_refused() -> None:
     """Of (0, e₁, e₂, e₃) two moments are equal, about (1, 1, 1) the largest: no axis is longest."""
     corners = "0 0 0 1 0 0 0 1 0 0 0 {}"

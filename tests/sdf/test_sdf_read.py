@@ -392,7 +392,7 @@ def test_commands_take_it_and_say_what_is_left_out(tmp_path: Path) -> None:
                 '<link name="a"><inertial auto="true"/><collision name="c"><geometry><mesh/>'
                 "</geometry></collision></link>"
             ),
-            "the inertia of this <collision> is not computed",
+            "the inertia of a <mesh> as <collision> is not computed",
         ),
         (
             model(

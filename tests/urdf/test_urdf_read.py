@@ -143,10 +143,10 @@ def test_gravity_and_arguments() -> None:
         read_urdf(arm(), gravity=(0, 0, math.nan))
 
 
-def test_damping_becomes_a_damper() -> None:
-    assert read_urdf(arm(more='<dynamics damping="0.7" friction="3"/>')).forces == (
-        mq.JointDamper("shoulder_damper", "shoulder", 0.7),
-    )
+def test_damping_becomes_a_damper_and_dry_friction_is_told() -> None:
+    mechanism = read_urdf(arm(more='<dynamics damping="0.7" friction="3"/>'))
+    assert mechanism.forces == (mq.JointDamper("shoulder_damper", "shoulder", 0.7),)
+    assert mechanism.about == "Read from URDF, without dry friction of shoulder."
 
 
 def test_unbounded_limits() -> None:

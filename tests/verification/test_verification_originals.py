@@ -256,6 +256,15 @@ def test_the_verdict_names_who_stands_alone() -> None:
     assert mq.verify(read_urdf(text), samples=3).dissenters == ()  # two sources have no majority
 
 
+@pytest.mark.engine
+def test_the_verdict_names_who_reads_alike() -> None:
+    pytest.importorskip("mujoco")
+    alike = r"mecanique, Pinocchio [\d.]+ and MuJoCo [\d.]+ read the file itself alike"
+    plain = read_urdf(ARM.replace("<mimic", "<ignored"))
+    assert re.search(alike, str(mq.verify(plain, samples=3, engines=("mujoco",))))
+    assert "alike" not in str(mq.verify(plain, samples=3))
+
+
 def test_exudyn_builds_the_robot_of_the_file() -> None:
     pytest.importorskip("exudyn")
     assert reading(ARM, "exudyn").worst < 1e-12  # type: ignore[operator]

@@ -987,33 +987,40 @@ class _Reader(Source):
         if form == "mesh" and texts.get("shellinertia") == "true":
             raise texts.refuse("a mesh says whether it is a shell among the assets")
         solid = self._measure(texts["mesh"], known)
-        if form == "mesh":
-            volume, moments = solid.mass, solid.inertia / solid.mass
-        else:
-            volume, moments = self._fit(texts, form, solid)
+        volume, center, moments = solid.mass, solid.center, solid.inertia / solid.mass
+        if form != "mesh":
+            volume, center, moments = self._fit(texts, form, known, solid)
         total = texts.number("density", 1000.0) * volume
         total = texts.number("mass", total)
-        return Mass(total, solid.center, total * moments, solid.axes).move(place)
+        return Mass(total, center, total * moments, solid.axes).move(place)
 
-    def _fit(self, texts: Given, form: str, solid: Mass) -> tuple[float, Array]:
-        """Volume and inertia by mass of a geom that takes the place of a mesh."""
-        if self._set_in(texts.element).get("fitaabb") == "true":
-            raise texts.refuse("a geom fitted to the box around a mesh is not read")
-        moments, axes = np.linalg.eigh(solid.inertia / solid.mass)
-        moments, axes = moments[::-1], axes[:, ::-1]  # as MuJoCo orders them
-        if form in ("capsule", "cylinder") and moments[1] - moments[2] <= _ROUND * moments[0]:
-            raise texts.refuse(f"the axis of a {form} fitted to a mesh as wide as long is not read")
+    def _fit(self, texts: Given, form: str, mesh: Given, solid: Mass) -> tuple[float, Array, Array]:
+        """Volume, center and inertia by mass of a geom that takes the place of a mesh."""
+        axes, about = solid.axes, np.zeros(3)
+        assert axes is not None, "meshes have principal axes, the largest moment first"
+        moments = np.diagonal(axes.T @ solid.inertia @ axes) / solid.mass
+        alike = moments[:-1] - moments[1:] <= _ROUND * moments[0]
         a, b, c = np.sqrt(6 * np.maximum(moments.sum() - 2 * moments, 0)) / 2
+        ball, wide, cap = (a + b + c) / 3, (a + b) / 2, (a + b) / 4
+        if by_box := self._set_in(texts.element).get("fitaabb") == "true":
+            corners = (self._corners(mesh) - solid.center) @ axes
+            low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+            about, (a, b, c) = (low + high) / 2, (high - low) / 2
+            ball, wide, cap = max(a, b, c), max(a, b), max(a, b)
         sizes = {
-            "sphere": ((a + b + c) / 3, 0.0, 0.0),
-            "capsule": ((a + b) / 2, max(0.0, c - (a + b) / 4), 0.0),
-            "cylinder": ((a + b) / 2, c, 0.0),
+            "sphere": (ball, 0.0, 0.0),
+            "capsule": (wide, c - cap, 0.0),
+            "cylinder": (wide, c, 0.0),
         }
-        size = np.array(sizes.get(form, (a, b, c)))
-        size *= texts.number("fitscale", 1.0)
+        settles = alike.any() if by_box else alike[1] and form in ("capsule", "cylinder")
+        if settles and not np.isin(np.abs(axes), (0, 1)).all():
+            raise texts.refuse(f"the axis of a {form} fitted to a mesh as wide as long is not read")
+        size = np.array(sizes.get(form, (a, b, c))) * texts.number("fitscale", 1.0)
+        if not all(size[: SIZES[form]] > 0):
+            raise texts.refuse(f"a {form} fitted to a mesh that is wider than long has no length")
         shell = texts.get("shellinertia") == "true"
         volume, radii = shell_of(form, size) if shell else solid_of(form, size)
-        return volume, axes @ np.diag(radii) @ axes.T
+        return volume, solid.center + axes @ about, axes @ np.diag(radii) @ axes.T
 
     # meshes
 
@@ -1057,11 +1064,7 @@ class _Reader(Source):
         for child in texts.element.children:
             raise self.refuse(child, f"<{child.tag}> in <mesh> is not read")
         try:
-            corners = self._corners(texts) - texts.numbers("refpos", (0, 0, 0))
-            corners = corners @ turn_of(texts.numbers("refquat", (1, 0, 0, 0)))
-            scale = texts.numbers("scale", (1, 1, 1))
-            corners = corners * scale if np.prod(scale) >= 0 else (corners * scale)[:, ::-1]
-            solids[name] = mesh_of(corners, RULES[rule])
+            solids[name] = mesh_of(self._corners(texts), RULES[rule])
         except InputError as error:
             place = texts.refuse("")
             if str(error).startswith(str(place)):
@@ -1070,8 +1073,15 @@ class _Reader(Source):
         return solids[name]
 
     def _corners(self, texts: Given) -> Corners:
-        if "file" in texts:
-            return read_solid(self._file_of(texts))
+        """Return the triangles of a mesh of the assets, turned and scaled as it says."""
+        drawn = read_solid(self._file_of(texts)) if "file" in texts else self._list_corners(texts)
+        corners = drawn - texts.numbers("refpos", (0, 0, 0))
+        scale = texts.numbers("scale", (1, 1, 1))
+        corners = corners @ turn_of(texts.numbers("refquat", (1, 0, 0, 0))) * scale
+        return corners if np.prod(scale) >= 0 else corners[:, ::-1]
+
+    def _list_corners(self, texts: Given) -> Corners:
+        """Return the triangles that a mesh lists itself."""
         lists = {}
         for name in ("vertex", "face"):
             wanted = f"expected triples of numbers for {name} of <mesh>"
@@ -1479,12 +1489,9 @@ def _in_free_joints(force: AnyForce, follows: Mapping[str, Scalar]) -> AnyForce:
     law = force.force
     for name in sorted(symbols_in(law)):
         joint = name.removesuffix("'")
-        if joint not in follows:
-            continue
-        if name == joint:
-            law = law.subs({coordinate(joint): follows[joint]})
-            continue
-        law = law.subs({velocity(joint): _rate_of(follows[joint])})
+        if joint in follows:
+            told = follows[joint] if name == joint else _rate_of(follows[joint])
+            law = law.subs({coordinate(name): told})
     return replace(force, force=law)
 
 

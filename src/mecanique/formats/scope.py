@@ -173,9 +173,7 @@ def list_omissions(mechanism: Mechanism, form: Form) -> tuple[str, ...]:
     light = sum(is_light(mechanism, joint, form) for joint in moved)
     massless = say_count(light, "body", "bodies")
     more = f"{massless} without mass: {form} has none, each has {THICKENED:g} kg and kg·m² more"
-    placed = (j for j in mechanism.joints if isinstance(j, Floating) and j.origin != Placement())
-    told = tuple(f"joint {j.name}: its coordinates count from the world's frame" for j in placed)
-    told += (more,) if light else ()
+    told = (more,) if light else ()
     if form == "SDF":
         return told
     bounds = [joint.limits for joint in mechanism.joints if isinstance(joint, Single)]
@@ -298,20 +296,28 @@ def weld_constants(mechanism: Mechanism, form: Form) -> Mechanism:
     )
 
 
-def ground_free_joints(mechanism: Mechanism, form: Form) -> Mechanism:
-    """Return a mechanism whose free joints start at the ground, not at what is welded to it."""
-    held = {mechanism.ground}
-    for joint in mechanism.tree if form != "URDF" else ():
+def ground_free_joints(mechanism: Mechanism, form: Form) -> tuple[Mechanism, list[str]]:
+    """Return a mechanism whose free joints start at the ground, and those that count otherwise.
+
+    MJCF and SDF count from the world's frame. On a body that moves, a joint stays whose coordinates
+    stand in forces and laws.
+    """
+    held, joints, counting = {mechanism.ground}, list[Joint](), list[str]()
+    for joint in mechanism.tree:
         if isinstance(joint, Fixed) and joint.parent in held:
             held.add(joint.child)
-    above = held - {mechanism.ground}
-    joints = [
-        replace(j, parent=mechanism.ground, origin=placement_at(mechanism.home_poses[j.child]))
-        if isinstance(j, Floating) and j.parent in above
-        else j
-        for j in mechanism.joints
-    ]
-    return replace(mechanism, joints=tuple(joints))
+    laws = map(symbols_in, mechanism.coordinates.driven.values())
+    stated = frozenset().union(*(force.symbols for force in mechanism.forces), *laws)
+    for joint in mechanism.joints:
+        if isinstance(joint, Floating) and form != "URDF":
+            rides = joint.parent not in held
+            bound = rides and stated & {*joint.coordinates, *joint.velocities}
+            if joint.parent != mechanism.ground and not bound:
+                place = placement_at(mechanism.home_poses[joint.child])
+                joint = replace(joint, parent=mechanism.ground, origin=place)
+            counting += [joint.name] if rides or joint.origin != Placement() else []
+        joints.append(joint)
+    return replace(mechanism, joints=tuple(joints)), counting
 
 
 def tendon_factors(mechanism: Mechanism, name: str) -> dict[str, float] | None:

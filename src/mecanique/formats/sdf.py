@@ -203,33 +203,30 @@ class _Reader(Source):
 
     def read(self, source: str | os.PathLike[str]) -> Mechanism:
         root = self.parse(self.file if self.file is not None else str(source))
-        inside = self._open(root)
+        whole = self._open(root)
         world = _Scope("", None)
-        name = inside[0].attributes.get("name", "model") if inside else "model"
         ground = _Frame(root, np.eye(4), world, "")
         world.frames[GROUND] = ground
         self._ground = _Link(GROUND, no_mass(), [], ground, True, True)
         ground.link = self._ground
-        for element in inside:
-            if element.tag == "world":
-                self._check(element, "world")
-                self.gravity = self._numbers_in(element, "gravity", self.gravity)
-                parts = element.children
-            else:
-                parts = (element,)
-            several = sum(part.tag in ("model", "include") for part in parts) > 1
-            for part in parts:
-                if part.tag in ("model", "include"):
-                    self._model(part, world, several, 0, static=False)
-                elif part.tag == "frame":
-                    self._frame(part, world)
-                elif part.tag == "joint":
-                    self._note_joint(part, world)
+        parts: Sequence[Element] = (whole,)
+        if whole.tag == "world":
+            self._check(whole, "world")
+            self.gravity = self._numbers_in(whole, "gravity", self.gravity)
+            parts = whole.children
+        several = sum(part.tag in ("model", "include") for part in parts) > 1
+        for part in parts:
+            if part.tag in ("model", "include"):
+                self._model(part, world, several, 0, static=False)
+            elif part.tag == "frame":
+                self._frame(part, world)
+            elif part.tag == "joint":
+                self._note_joint(part, world)
         self._join_all(world)
-        return self._mechanism(name)
+        return self._mechanism(whole.attributes.get("name", "model"))
 
-    def _open(self, root: Element) -> list[Element]:
-        """Return the models and worlds below <sdf>."""
+    def _open(self, root: Element) -> Element:
+        """Return the one model or world below <sdf>."""
         if root.tag != "sdf":
             raise self.refuse(root, f"expected <sdf> as the outermost element, not <{root.tag}>")
         text = root.attributes.get("version", "")
@@ -243,7 +240,7 @@ class _Reader(Source):
                 raise self.refuse(child, f"<{child.tag}> in <sdf> is not read")
         if len(inside) != 1:
             raise self.refuse(root, f"expected one <model> or <world>, got {len(inside)}")
-        return inside
+        return inside[0]
 
     def _check(self, element: Element, kind: str) -> None:
         """Refuse what is not read in an element, and note what is left out."""
@@ -358,7 +355,6 @@ class _Reader(Source):
         if name in scope.frames:
             return scope.frames[name]
         if name == GROUND:
-            assert self._ground.frame is not None
             return self._ground.frame
         raise self.refuse(at, f"there is no link, frame or joint {name!r} here; mend the name")
 
@@ -459,24 +455,18 @@ class _Reader(Source):
         name = element.attributes.get("canonical_link", "")
         if name:
             return self._carrier(self._find(scope, name, element))
-        for frame in scope.frames.values():
-            if frame.link is not None and frame.element.tag == "link":
-                return frame.link
-        for inner in scope.inner.values():
-            link = inner.frames["__model__"].link
-            if link is not None:
-                return link
-        return self._ground
+        links = (frame.link for frame in scope.frames.values() if frame.element.tag == "link")
+        inside = (model.frames["__model__"].link for model in scope.inner.values())
+        return next(filter(None, (*links, *inside)), self._ground)
 
     def _include(self, element: Element) -> Element:
         self._check(element, "include")
         uri = self._text_in(element, "uri")
         path = self._find_model(element, uri)
-        root = self.parse_inclusion(element, path)
-        inside = self._open(root)
-        if inside[0].tag != "model":
+        inside = self._open(self.parse_inclusion(element, path))
+        if inside.tag != "model":
             raise self.refuse(element, f"expected a model in {path}, got a world")
-        return inside[0]
+        return inside
 
     def _find_model(self, element: Element, uri: str) -> Path:
         scheme, separator, rest = uri.partition("://")
@@ -516,7 +506,9 @@ class _Reader(Source):
     def _stated_in(self, element: Element, config: Path) -> Iterator[Path]:
         """Yield the files that Gazebo's list of a model names, that of the newest version first."""
         named = self.parse_inclusion(element, config).all("sdf") if config.is_file() else ()
-        for part in sorted(named, key=_version_of, reverse=True):
+        texts = (re.findall(r"\d+", part.attributes.get("version", "")) for part in named)
+        versions = zip((list(map(int, text)) for text in texts), named, strict=True)
+        for _, part in sorted(versions, key=lambda pair: pair[0], reverse=True):
             yield config.parent / Path(part.text).name
 
     # links
@@ -566,7 +558,8 @@ class _Reader(Source):
             shape = next(iter(geometry.children), None) if geometry is not None else None
             size = None if shape is None or relative else self._half_size(shape)
             if shape is None or size is None:
-                raise self.refuse(collision, "the inertia of this <collision> is not computed")
+                what = "this" if shape is None or relative else f"a <{shape.tag}> as"
+                raise self.refuse(collision, f"the inertia of {what} <collision> is not computed")
             volume, squares = solid_of(shape.tag, size)
             mass = self._number_in(collision, "density", density) * volume
             parts.append(Mass(mass, np.zeros(3), np.diag(mass * squares)).move(pose))
@@ -792,21 +785,17 @@ class _Reader(Source):
         self.resist(name, name, stiffness * linear, np.full(2, rest), damping * linear)
         if self._number_in(dynamics, "friction", 0.0):
             self.rubbing.append(name)
-        mimic = axis.child("mimic")
-        tied = element.child("drake:mimic")
-        if tied is not None:
-            texts = Given(self, tied, tied.attributes)
-            leader = f"{joint.scope.name}{texts.get('joint', '')}"
-            factor, offset = texts.number("multiplier", 1.0), texts.number("offset", 0.0)
-            self.follow(tied, name, factor * coordinate(leader) + offset)
-        if mimic is not None:
-            leader = f"{joint.scope.name}{mimic.attributes.get('joint', '')}"
-            if mimic.attributes.get("axis", "axis") != "axis":
-                raise self.refuse(mimic, "a mimic of a second axis is not read")
-            factor = self._number_in(mimic, "multiplier", 1.0)
-            offset = self._number_in(mimic, "offset", 0.0)
-            reference = self._number_in(mimic, "reference", 0.0)
-            self.follow(mimic, name, factor * (coordinate(leader) - reference) + offset)
+        for tied in (element.child("drake:mimic"), axis.child("mimic")):
+            if tied is None:
+                continue
+            inside = {child.tag: child.text for child in tied.children}
+            texts = Given(self, tied, inside | dict(tied.attributes))
+            if texts.get("axis", "axis") != "axis":
+                raise texts.refuse("a mimic of a second axis is not read")
+            leader = coordinate(f"{joint.scope.name}{texts.get('joint', '')}")
+            law = leader - texts.number("reference", 0.0)
+            law = texts.number("multiplier", 1.0) * law + texts.number("offset", 0.0)
+            self.follow(tied, name, law)
 
     def _pitch(self, element: Element) -> float:
         """Advance per radian; `thread_pitch` is the old form, in rad/m and left-handed."""
@@ -882,11 +871,6 @@ def _climb(link: _Link, carrier: Mapping[str, _Joint]) -> list[_Link]:
     while way[-1].name in carrier and carrier[way[-1].name].parent not in way:
         way.append(carrier[way[-1].name].parent)
     return way
-
-
-def _version_of(element: Element) -> list[int]:
-    """The numbers of the version that an element states."""
-    return [int(part) for part in re.findall(r"\d+", element.attributes.get("version", ""))]
 
 
 _VERSION = "1.11"

@@ -128,12 +128,12 @@ def read_urdf(
     report.refuse(strict=strict)
     if mechanism is None or document is None:
         raise InputError(f"expected a URDF, got {path_or_text!r}")
-    expanded = any(finding.name == "xacro-in-urdf" for finding in report.findings)
-    mechanism = replace(
-        mechanism,
-        origin=Origin(report.file, document.text, report.flaws),
-        about="Its xacro macros were expanded." if expanded else "",
-    )
+    said = ["Its xacro macros were expanded."]
+    said *= any(finding.name == "xacro-in-urdf" for finding in report.findings)
+    if rubbing := [joint.name for joint in document.joints if joint.friction and joint.moving]:
+        said.append(f"Read from URDF, without dry friction of {', '.join(rubbing)}.")
+    origin = Origin(report.file, document.text, report.flaws)
+    mechanism = replace(mechanism, origin=origin, about=" ".join(said))
     if loops is not None:
         mechanism = with_loops(mechanism, loops)
     values, known = choose(document.numbers, kept) if kept else ({}, [])

@@ -446,6 +446,9 @@ class Verdict(Legible):
             others = enumerate_words([name for name in sources if name not in dissenters])
             alone = "stands alone" if len(dissenters) == 1 else "stand apart"
             lines.append(f"{enumerate_words(dissenters)} {alone}: {others} read the file alike")
+        alike = [r.engine for r in self.readings if r.worst is not None and not r.differs]
+        if not dissenters and any(not name.startswith("Pinocchio") for name in alike):
+            lines.append(f"{enumerate_words([OURS, *alike])} read the file itself alike")
         short = len(self.coordinates) <= _FEW and self.difference is None
         for row in self.rows:
             pair = f"{row.quantity}, {' and '.join(row.sources)}"
