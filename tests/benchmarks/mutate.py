@@ -30,6 +30,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import _lru_cache_wrapper, partial
 from importlib import import_module
+from inspect import unwrap
 from itertools import accumulate, pairwise, zip_longest
 from pathlib import Path
 from time import process_time
@@ -313,10 +314,25 @@ def renew(known: type, fresh: type) -> None:
     """Take the values of a class, and the defaults of its functions, from another."""
     for name, value in vars(fresh).items():
         if isinstance(value, FunctionType) and isinstance(vars(known)[name], FunctionType):
-            vars(known)[name].__defaults__ = value.__defaults__
-            vars(known)[name].__kwdefaults__ = value.__kwdefaults__
+            function = unwrap(vars(known)[name])
+            function.__defaults__ = value.__defaults__
+            function.__kwdefaults__ = value.__kwdefaults__
         elif not name.startswith("__") and not callable(value):
             setattr(known, name, value)
+            inherit(known, name, value)
+
+
+def inherit(known: type, name: str, value: object) -> None:
+    """Give a field's default to the constructors that the class's heirs have of their own."""
+    heirs: list[type] = known.__subclasses__()
+    for heir in heirs:
+        make = unwrap(heir.__init__)
+        if "__init__" in vars(heir) and name not in vars(heir) and make.__defaults__:
+            names = make.__code__.co_varnames[: make.__code__.co_argcount]
+            defaults = zip(names[::-1], make.__defaults__[::-1], strict=False)
+            renewed = [value if key == name else default for key, default in defaults]
+            make.__defaults__ = tuple(renewed[::-1])
+        inherit(heir, name, value)
 
 
 class Mutation:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 import pytest
 import sympy
+from scipy.spatial.transform import Rotation
 from systems import derive_system
 
 from mecanique import textbook
@@ -21,6 +24,7 @@ from mecanique.derivation.numeric.virtual_work import NumericVirtualWork
 from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.polynomials import REACH, exponent, exponents, power
+from mecanique.derivation.symbolic.balances import FreeBodies
 from mecanique.derivation.symbolic.cutting import Cuts, axes_of, find_swing, normal_of
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
@@ -34,6 +38,7 @@ from mecanique.model import (
     Gear,
     Joint,
     JointForce,
+    Loop,
     Mechanism,
     Parameter,
     Placement,
@@ -448,3 +453,37 @@ def test_forces_of_teeth_do_not_depend_on_the_unit_of_length(scale: float) -> No
     expected = pytest.approx({"mesh": 2.5 * size, "teeth": 10.0 * size}, rel=1e-12)
     assert derive(mechanism, "newton_euler").guide_forces([0.3, 0.2]) == expected
     assert Reference(mechanism).guide_forces([0.3, 0.2]) == expected
+
+
+TURNS = {
+    str(turn.as_matrix().round().astype(int).T.tolist()): (x, y, z)
+    for x, y, z in product((0.0, np.pi / 2, np.pi, -np.pi / 2), repeat=3)
+    for turn in [Rotation.from_euler("xyz", (x, y, z))]
+}
+"""Angles of the 24 turns that lead axes into axes, by the turned axes."""
+
+
+@pytest.mark.parametrize("turned", TURNS)
+def test_forces_of_a_loop_are_named_by_the_axes_of_the_world_where_all_lie_along_them(
+    turned: str,
+) -> None:
+    rows, frame = np.array(json.loads(turned)), Placement(rpy=TURNS[turned])
+    ground, bodies = "ground", (Body("bob", ball(1.0, 0.1)), Body("cart", ball(1.0, 0.1)))
+    mechanism = Mechanism(
+        "tied",
+        (Body(ground), *bodies),
+        tuple(
+            Prismatic(name, ground, body.name, axis=(1, 0, 0))
+            for name, body in zip("xu", bodies, strict=True)
+        ),
+        coordinates=Coordinates(("u",), {"x": sympy.Integer(0)}),
+        elements=(Loop("tie", "ball", ground, frame, "bob", Placement()),),
+    )
+    named = FreeBodies(mechanism, Algebra(mechanism)).guiding.meanings
+    along = ["-" * int(row.min() < 0) + "xyz"[np.abs(row).argmax()] for row in rows]
+    names = along if (rows >= 0).all() else [*"xyz"]
+    said = "force that the ground exerts on the bob in the tie, along"
+    assert named == {
+        f"R_tie_{name}": f"{said} {axis} of the world [N]"
+        for name, axis in zip(names, along, strict=True)
+    }

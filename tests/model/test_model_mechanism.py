@@ -14,17 +14,22 @@ from scipy.spatial.transform import Rotation
 from mecanique import textbook
 from mecanique.errors import InputError, MechanismError, UnknownNameError
 from mecanique.model import (
+    Belt,
     Body,
     Coordinates,
+    Cord,
     Fixed,
     Floating,
     Input,
+    Loop,
     Mechanism,
     Parameter,
     Placement,
     Planar,
     Prismatic,
+    Pulley,
     Revolute,
+    Rolling,
     Spherical,
     Universal,
     ball,
@@ -255,3 +260,19 @@ def test_what_cad_programs_leave_beside_a_coordinate_axis_is_dropped(
 ) -> None:
     for kind in (Revolute, Prismatic):
         assert kind("j", "ground", "a", axis=given).axis == meant
+
+
+def test_what_is_not_said_is_what_the_conventions_say() -> None:
+    """Down is -z, g is 9.81 m/s², a plane is that of x and z, and a wheel's axle lies along y."""
+    wheel = Mechanism(
+        "drop", (Body("ground"), Body("ball", ball(1.0, 0.1))), (Floating("f", "ground", "ball"),)
+    )
+    assert wheel.gravity == (0.0, 0.0, -9.81)
+    across = (0.0, -1.0, 0.0)
+    assert Cord("c", ("ball", (0, 0, 0)), (Pulley("ball", 0.1),)).normal == across
+    assert Belt("b", (Pulley("ground", 0.1), Pulley("ball", 0.1))).normal == across
+    for loop in (Loop.pin, Loop.plate):
+        turned = loop("l", "ground", (0, 0, 0), "ball", (0, 0, 0)).frame_a
+        np.testing.assert_allclose(wheel.matrix(turned)[:3, 2], across, atol=1e-15)
+    roll = Rolling("r", "ball", 0.1)
+    assert (roll.axis, wheel.matrix(roll.plane)[:3, 2].tolist()) == ((0.0, 1.0, 0.0), [0, 0, 1])

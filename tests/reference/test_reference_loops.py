@@ -287,6 +287,21 @@ def test_rows_are_the_rates_of_the_gaps_also_where_the_loop_is_open(kind: str) -
         np.testing.assert_allclose(here.jacobian @ v, moved, rtol=1e-6, atol=1e-6)
 
 
+def test_only_velocities_that_are_rates_of_coordinates_have_their_size() -> None:
+    """Those of a free body in its own axes are the rate of no coordinate; -0.8 rad turns an arm."""
+    pair = two_free_bodies("ball")
+    arm = hinge("swing", "two", "arm")
+    mechanism = replace(
+        pair,
+        bodies=(*pair.bodies, Body("arm", box(0.5, (0.1, 0.2, 0.3)))),
+        joints=(*pair.joints, arm),
+    )
+    q = np.concatenate([[3.0, 4.0, 5.0, 0, 0, 0, 1.0], [6.0, 7.0, 8.0, 0, 0, 0, 1.0], [-0.8]])
+    expected = [0.8 if name == f"{arm.coordinate}'" else 0.0 for name in mechanism.velocities]
+    assert sum(expected) == 0.8
+    np.testing.assert_array_equal(closed_of(mechanism).sizes(q), expected)
+
+
 def test_an_impulse_moves_a_closed_mechanism_its_own_way() -> None:
     """J v' = 0, and what is left of M v' − p is a force of the loop."""
     mechanism = four_bar("pin")
