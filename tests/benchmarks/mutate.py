@@ -326,8 +326,8 @@ def inherit(known: type, name: str, value: object) -> None:
     """Give a field's default to the constructors that the class's heirs have of their own."""
     heirs: list[type] = known.__subclasses__()
     for heir in heirs:
-        make = unwrap(heir.__init__)
-        if "__init__" in vars(heir) and name not in vars(heir) and make.__defaults__:
+        make = unwrap(vars(heir).get("__init__", inherit))
+        if name not in vars(heir) and make.__defaults__:
             names = make.__code__.co_varnames[: make.__code__.co_argcount]
             defaults = zip(names[::-1], make.__defaults__[::-1], strict=False)
             renewed = [value if key == name else default for key, default in defaults]

@@ -193,3 +193,20 @@ def test_a_force_from_nothing_counts_relative_to_those_that_act() -> None:
     row = next(line for line in str(check).splitlines() if line.startswith("force in phi"))
     assert row.split()[3:5] == ["0", "N"]
     assert float(row.split()[7]) < 1e-4
+
+
+@pytest.mark.parametrize("joint", [mq.Floating, mq.Planar])
+def test_a_body_that_does_not_turn_is_compared_with_a_radian(
+    joint: type[mq.Floating | mq.Planar],
+) -> None:
+    """It turns with the ground from the start, so relative to the ground it only rounds."""
+    pair = mq.Body("ground"), mq.Body("ball", mq.ball(1.0, 0.1))
+    upright = mq.Placement(rpy=(np.pi / 2, 0, 0))
+    mechanism = mq.Mechanism("drop", pair, (joint("free", "ground", "ball", origin=upright),))
+    check = mq.inertial_check(mechanism, mq.simulate(mechanism, duration=2.0), LATITUDE)
+    turns = [row for row in check.rows if row.unit in ("rad", "1")]
+    assert turns
+    assert all(row.size < 1e-12 and row.change < 1e-12 for row in turns)
+    assert check.inertial
+    assert check.worst not in turns
+    assert "inf" not in [word for line in str(check).splitlines() for word in line.split()]

@@ -189,13 +189,16 @@ class InertialCheck(Legible):
         raise UnknownNameError("row", name, (row.name for row in self.rows))
 
     def _weight(self, row: InertialRow) -> float:
-        scale = self._scale(row)
-        return row.change / scale if scale > 0 else row.relative
+        return row.change / self._scale(row)
 
     def _scale(self, row: InertialRow) -> float:
         alike = max(peer.size for peer in self.rows if peer.unit == row.unit)
         # a reaction may arise where there was none: it is small beside what acts on the bodies
-        return max(alike, {"N": self.force, "N·m": self.length * self.force}.get(row.unit, 0.0))
+        acting = {"N": self.force, "N·m": self.length * self.force}
+        size = max(alike, acting.get(row.unit, 0.0))
+        # where nothing of a unit moves on ground at rest, there are the mechanism and a radian
+        whole = self.length if row.unit == "m" else 1.0
+        return size if size > INERTIAL_RTOL * whole else whole
 
     def __str__(self) -> str:
         width = max(len(row.name) for row in self.rows)
@@ -288,7 +291,6 @@ def inertial_check(
 
     still, turning = again(mechanism), again(turned)
     rows = [*_list_rows(still, turning, turned), *_period_rows(still, turning)]
-    reactions = [row.size for row in rows if row.unit == "N"]
     return InertialCheck(
         latitude=float(latitude),
         facing=facing,
@@ -297,7 +299,7 @@ def inertial_check(
         still=still,
         turning=turning,
         tolerance=tolerance,
-        force=max([*reactions, _find_largest_force(still)]),
+        force=max([_find_largest_force(still), *(row.size for row in rows if row.unit == "N")]),
         length=float(characteristic_length(mechanism)),
     )
 
@@ -363,9 +365,8 @@ def _find_largest_force(motion: Motion) -> float:
 def _period_rows(still: Motion, turning: Motion) -> list[InertialRow]:
     """Changes of the mean time between maxima, of coordinates that have some."""
     rows: list[InertialRow] = []
-    for name in still.mechanism.coordinates:
-        if f"{name}'" not in still.mechanism.velocities:
-            continue
+    rates = {name[:-1] for name in still.mechanism.velocities}
+    for name in (name for name in still.mechanism.coordinates if name in rates):
         before, after = (_maxima(motion, name) for motion in (still, turning))
         count = min(len(before), len(after)) - 1
         if count > 0:
