@@ -80,6 +80,10 @@ TEXTS = {
         '<compiler alignfree="true"/><tendon><spatial stiffness="9" armature="0.3">'
         '<site site="w"/><site site="a"/></spatial></tendon>',
     ),
+    "tendon from a site between two points": body(
+        HINGE + GEOM + '<site name="s" type="box" fromto="0.1 0 0 0.3 0.2 0.4" size="0.01"/>',
+        '<tendon><spatial stiffness="2"><site site="w"/><site site="s"/></spatial></tendon>',
+    ).replace("<body", '<site name="w" pos="1 0 0"/><body', 1),
     "tendon over a ball": body(
         '<joint type="ball"/>' + GEOM + SECOND.replace("<geom", '<site name="s"/><geom', 1),
         '<tendon><spatial stiffness="2 1" damping="0.3" armature="0.2"><site site="w"/>'

@@ -336,6 +336,11 @@ def test_the_oldest_version_and_sounds_are_read_as_drake_does() -> None:
     assert read_sdf(world).about == "Read from SDF, without sounds (1)."
 
 
+def test_decays_of_velocity_are_left_out_as_by_drake_and_told() -> None:
+    text = model(link("a", more="<velocity_decay><linear>1</linear></velocity_decay>"))
+    assert read_sdf(text).about == "Read from SDF, without decays of velocity (1)."
+
+
 def test_commands_take_it_and_say_what_is_left_out(tmp_path: Path) -> None:
     file = tmp_path / "robot.sdf"
     extra = '<plugin name="p" filename="f"/><sensor name="s" type="imu"/>'

@@ -564,8 +564,11 @@ class _Reader(Source):
 
     def _pose(self, texts: Given) -> Array:
         pose = np.eye(4)
-        pose[:3, :3] = self._turn(texts)
-        pose[:3, 3] = texts.numbers("pos", (0, 0, 0))
+        if "fromto" in texts:
+            ends = texts.numbers("fromto", (0,) * 6).reshape(2, 3)
+            pose[:3, :3], pose[:3, 3] = turn_from_z(ends[0] - ends[1]), ends.mean(axis=0)
+        else:
+            pose[:3, :3], pose[:3, 3] = self._turn(texts), texts.numbers("pos", (0, 0, 0))
         return pose
 
     def _turn(self, texts: Given) -> Array:
@@ -949,21 +952,15 @@ class _Reader(Source):
             if any(not isinstance(joint, Fixed) for joint in self._way_to(link.name)):
                 raise texts.refuse(f"a geom of type {form!r} expects a body that does not move")
             return None
-        pose = self._pose(texts)
         if "fromto" in texts:
             if form == "sphere":
                 raise texts.refuse("a sphere has no fromto")
             ends = texts.numbers("fromto", (0,) * 6)
-            arm = ends[:3] - ends[3:]
-            length = float(np.linalg.norm(arm)) / 2
-            size = np.array(
-                [size[0], length, 0.0] if SIZES[form] == 2 else [size[0], size[0], length]
-            )
-            pose = np.eye(4)
-            pose[:3, :3], pose[:3, 3] = turn_from_z(arm), (ends[:3] + ends[3:]) / 2
+            half = [np.linalg.norm(ends[:3] - ends[3:]) / 2, 0.0]
+            size = np.array([size[0], *(half if SIZES[form] == 2 else [size[0], half[0]])])
         if not all(size[: SIZES[form]] > 0):
             raise texts.refuse(f"expected {SIZES[form]} positive sizes of a {form}")
-        place = frame @ pose
+        place = frame @ self._pose(texts)
         rgba = tuple(texts.numbers("rgba", (0.5, 0.5, 0.5, 1)).tolist())
         link.visuals += draw(drawn, size, place, rgba)
         if not counts:

@@ -95,14 +95,14 @@ _OMITTED = {
     "plugin": "plugins",
     "projector": "projectors",
     "sensor": "sensors",
+    "velocity_decay": "decays of velocity",
 }
 """Elements that the dynamics do without, in words."""
 
 _KNOWN = {
     "model": "pose link joint frame model include static enable_wind self_collide "
     "allow_auto_disable",
-    "link": "pose inertial visual gravity kinematic enable_wind self_collide must_be_base_link "
-    "velocity_decay",
+    "link": "pose inertial visual gravity kinematic enable_wind self_collide must_be_base_link",
     "joint": "pose parent child axis axis2 physics thread_pitch screw_thread_pitch gearbox_ratio "
     "gearbox_reference_body drake:rotor_inertia drake:gear_ratio drake:controller_gains "
     "drake:mimic",
