@@ -10,7 +10,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.derivation.methods import agreement
-from mecanique.errors import DerivationError, EngineError
+from mecanique.errors import DerivationError, EngineError, InputError
 from mecanique.model import Cord, Gear, Pulley, Rack
 
 HERE = (0.0, 0.0, 0.0)
@@ -105,3 +105,25 @@ def test_a_state_in_which_a_cord_does_not_run_is_refused_too() -> None:
     with pytest.raises(DerivationError) as derived:
         equations.guide_forces(np.array([[0.0], [-1.0]]), np.zeros((2, 1)))
     assert str(derived.value) == str(refused.value)
+
+
+@pytest.mark.parametrize("method", ["lagrange", "newton_euler", "virtual_work"])
+@pytest.mark.parametrize("quantity", ["mass_matrix", "bias", "energy", "acceleration"])
+def test_a_map_without_a_value_names_the_position_that_has_none(method: str, quantity: str) -> None:
+    """z = √(1 - x²) y ends at x = 1; of three states the second is outside."""
+    x, y = mq.coordinate("x"), mq.coordinate("y")
+    particle = mq.Body("particle", mq.particle(1.0))
+    mechanism = mq.Mechanism(
+        "dome",
+        (mq.Body("ground"), mq.Body("sled"), particle),
+        (
+            mq.Prismatic("X", "ground", "sled", axis=(1, 0, 0), coordinate="along"),
+            mq.Prismatic("Z", "sled", "particle", axis=(0, 0, 1), coordinate="z"),
+        ),
+        coordinates=mq.Coordinates(("x", "y"), {"along": x, "z": mq.sqrt(1 - x**2) * y}),
+    )
+    q = np.array([[0.5, 1.0], [2.0, 3.0], [-0.5, 1.0]])
+    ask = getattr(mq.derive(mechanism, method=method), quantity)
+    given = (q,) if quantity == "mass_matrix" else (q, np.ones((3, 2)))
+    with pytest.raises(InputError, match="gives no smooth 'z' at x = 2, y = 3; expected"):
+        ask(*given)

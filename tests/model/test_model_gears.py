@@ -12,6 +12,7 @@ import mecanique as mq
 from mecanique.errors import EngineError, InputError, MechanismError
 from mecanique.model import Gear, Rack
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.element_laws import bevel_of
 from mecanique.viewing.scene.from_motion import scene_of
 
 ACROSS, FLAT = (0.0, -1.0, 0.0), (pi / 2, 0.0, 0.0)
@@ -338,3 +339,37 @@ def test_bevel_wheels_that_share_no_apex_are_refused() -> None:
         EngineError, match=r"intersecting axes, but they pass each other at a distance of 0.05 m"
     ):
         mq.Reference(moved)
+
+
+@pytest.mark.parametrize("angle", [0.6, 1.2, 2.2])
+@pytest.mark.parametrize("sides", [(1, 1), (1, -1), (-1, 1), (-1, -1)])
+def test_bevel_wheels_are_told_by_where_their_pitch_circles_touch(
+    angle: float, sides: tuple[int, int]
+) -> None:
+    """From the apex, the centers are at (σ₂ r₂ + c σ₁ r₁) n₁/s and (σ₁ r₁ + c σ₂ r₂) n₂/s."""
+    c, s, (r, R) = cos(angle), sin(angle), (0.1, 0.25)
+    n, line = np.array([0.0, 0.0, 1.0]), np.array([s, 0.0, c])
+    first = (sides[1] * R + c * sides[0] * r) / s
+    second = (sides[0] * r + c * sides[1] * R) / s
+    apex, gear = np.array([0.3, -0.2, 0.5]), Gear("mesh", "A", "B", r, other_radius=R)
+    places = [tuple((apex + far * axis).tolist()) for far, axis in ((first, n), (second, line))]
+    mechanism = mq.Mechanism(
+        "bevel",
+        (mq.Body("ground"), wheel("a", 3.0, r), wheel("b", 1.0, R)),
+        tuple(
+            mq.Revolute(name, "ground", name.lower(), axis=tuple(axis), origin=mq.Placement(place))
+            for name, axis, place in zip("AB", (n, line), places, strict=True)
+        ),
+        elements=(gear,),
+    )
+    bevel = bevel_of(mechanism, gear)
+    assert bevel is not None
+    assert bevel.sides == sides
+    assert bevel.ahead == np.sign(sides[1] * second)
+    assert (bevel.cosine, bevel.sine) == pytest.approx((c, s), rel=1e-14)
+    # the ratio leads the point that touches alike with both
+    turned = mechanism.coordinates.driven["B"]
+    goes = sides[0] * r * np.cross(n, (line - c * n) / s)
+    along = sides[1] * R * np.cross(line, (n - c * line) / s)
+    ratio = float(turned.diff(mq.coordinate("A")))
+    np.testing.assert_allclose(goes, ratio * along, rtol=0, atol=1e-15)

@@ -301,19 +301,27 @@ def test_angles_of_many_turns_are_as_uncertain_as_they_are_large() -> None:
         np.testing.assert_allclose(many[quantity], factor * bound, rtol=1e-12, atol=0)
 
 
-def test_a_driven_joint_is_as_certain_as_its_formula() -> None:
-    """x = p q² sin 3t: |x| + |∂x/∂t t| + |∂x/∂p p| + |∂x/∂q q|, and so its slopes."""
-    p, q, t, m = mq.Parameter("p", 0.0), mq.Parameter("q", 0.0), mq.time(), 2.0
-    mechanism = mq.Mechanism(
+def driven_block(law: Any, m: float) -> mq.Mechanism:
+    """A block that a law of p, q and t moves along an arm which turns by theta."""
+    return mq.Mechanism(
         "driven",
         (mq.Body("ground"), mq.Body("arm"), mq.Body("block", mq.particle(m))),
         (
             mq.Revolute("turn", "ground", "arm", axis=(0, 1, 0), coordinate="theta"),
             mq.Prismatic("slide", "arm", "block", axis=(1, 0, 0), coordinate="x"),
         ),
-        coordinates=mq.Coordinates(("theta", "p", "q"), {"x": p * q**2 * mq.sin(3 * t)}),
+        coordinates=mq.Coordinates(("theta", "p", "q"), {"x": law}),
         gravity=(0, 0, -9.81),
     )
+
+
+P, Q = mq.coordinate("p"), mq.coordinate("q")
+
+
+def test_a_driven_joint_is_as_certain_as_its_formula() -> None:
+    """x = p q² sin 3t: |x| + |∂x/∂t t| + |∂x/∂p p| + |∂x/∂q q|, and so its slopes."""
+    m = 2.0
+    mechanism = driven_block(P * Q**2 * mq.sin(3 * mq.time()), m)
     states = random_states(mechanism, 4, 0)
     bounds = entry_rounding(mechanism, states)
     p, q, t = np.abs(states.q[:, 1]), np.abs(states.q[:, 2]), states.t
@@ -327,6 +335,21 @@ def test_a_driven_joint_is_as_certain_as_its_formula() -> None:
     np.testing.assert_allclose(bounds["mass matrix"], ENTRY * expected, rtol=1e-12, atol=0)
     np.testing.assert_allclose(bounds["gravity"], ENTRY * m * 9.81 * B, rtol=1e-12, atol=0)
     assert bounds.keys() == {"mass matrix", "gravity"}
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_what_cancels_in_a_formula_is_as_uncertain_as_what_adds_up(sense: int) -> None:
+    """x = p ± q p + t: |x| + |p (1 ± q)| + |q p| + |t|, and slopes 1 ± q and p with theirs."""
+    m = 2.0
+    mechanism = driven_block(P + sense * Q * P + mq.time(), m)
+    states = random_states(mechanism, 6, 1)
+    p, q, t = *states.q[:, 1:].T, states.t
+    by_p = np.abs(1 + sense * q)
+    size = np.abs(p + sense * q * p + t) + np.abs(p) * by_p + np.abs(q * p) + np.abs(t)
+    B = np.stack([size, by_p + np.abs(q), 2 * np.abs(p)], axis=1)
+    found = entry_rounding(mechanism, states)["mass matrix"]
+    expected = ENTRY * m * B[:, :, None] * B[:, None, :]
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=0)
 
 
 @pytest.mark.parametrize(
