@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import errno
 import os
+import subprocess
+import sys
 from pathlib import Path
 from time import process_time
 
@@ -53,6 +55,15 @@ def test_what_is_named_is_on_the_disk(tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.setattr("os.replace", name)
     mq.write_urdf(mq.textbook.load("simple_pendulum"), tmp_path / "a.urdf")
     assert done == ["synced", "named"]
+
+
+@pytest.mark.skipif(not Path("/dev/full").is_char_device(), reason="has no such device")
+def test_a_full_disk_behind_a_redirection_is_told() -> None:
+    words = [sys.executable, "-m", "mecanique", "urdf", "simple_pendulum"]
+    with Path("/dev/full").open("w", encoding="utf-8") as out:
+        run = subprocess.run(words, stdout=out, stderr=subprocess.PIPE, text=True, check=False)
+    assert run.returncode == 2
+    assert run.stderr == "error: standard output: No space left on device\n"
 
 
 @pytest.mark.skipif(not Path("/dev/full").is_char_device(), reason="has no such device")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import functools
 import math
 import runpy
@@ -100,13 +101,8 @@ def find_file(system: str, reading: FileOptions = _PLAINLY) -> Path:
             inform(f"Reading {path}; name {deeper[0]}{more}, deeper in the folder, to read them")
         return path
     suffixes = (".xacro", *(suffix for scope in SCOPES.values() for suffix in scope.suffixes))
-    looks_like_path = system.endswith(suffixes) or (
-        "/" in system
-        and not any(
-            "/" in known and known.split("/")[0] == system.split("/")[0] for known in robots
-        )
-    )
-    if looks_like_path:
+    folders = {known.partition("/")[0] for known in robots if "/" in known}
+    if system.endswith(suffixes) or ("/" in system and system.partition("/")[0] not in folders):
         raise mq.InputError(f"expected a URDF, MJCF or SDF file, but there is no file {system!r}")
     try:
         return mq.robot(system)
@@ -198,7 +194,8 @@ def report_errors(command: Callable[P, R]) -> Callable[P, R]:
         except BrokenPipeError:
             raise
         except OSError as error:
-            complain(f"{error.filename or 'a file'}: {error.strerror or error}")
+            unnamed = "standard output" if error.errno == errno.ENOSPC else "a file"
+            complain(f"{error.filename or unnamed}: {error.strerror or error}")
         raise Exit(2)
 
     return safe
