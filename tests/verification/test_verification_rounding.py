@@ -343,7 +343,7 @@ def test_what_cancels_in_a_formula_is_as_uncertain_as_what_adds_up(sense: int) -
     m = 2.0
     mechanism = driven_block(P + sense * Q * P + mq.time(), m)
     states = random_states(mechanism, 6, 1)
-    p, q, t = *states.q[:, 1:].T, states.t
+    p, q, t = states.q[:, 1], states.q[:, 2], states.t
     by_p = np.abs(1 + sense * q)
     size = np.abs(p + sense * q * p + t) + np.abs(p) * by_p + np.abs(q * p) + np.abs(t)
     B = np.stack([size, by_p + np.abs(q), 2 * np.abs(p)], axis=1)
