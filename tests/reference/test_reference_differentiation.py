@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -30,7 +32,23 @@ LAWS = (
 )
 
 
-def compile_law(law: sympy.Expr) -> tuple[float, ...]:
+OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
+    "a sum": lambda x, y: x + y * y,
+    "a number and": lambda x, y: 3.0 + x * y,
+    "a difference": lambda x, y: x * x - y,
+    "less a number": lambda x, _: x * x - 3.0,
+    "a negative": lambda x, y: -(x * y),
+    "a number times": lambda x, y: 3.0 * (x * y),
+    "a quotient": lambda x, y: x / (x * y + 2.0),
+    "over a number": lambda x, y: x * y / 3.0,
+    "a number over": lambda x, y: 3.0 / (x * y + 2.0),
+    "a power": lambda x, y: x ** (x * y),
+    "a number's power": lambda x, y: 3.0 ** (x * y),
+}
+"""The operators of Python, which sympy writes as sums, products and powers alone."""
+
+
+def compile_law(law: sympy.Expr | Callable[[Any, Any], Any]) -> tuple[float, ...]:
     """Return value, slopes by u and w, what remains by time, and y'', for x' = u and y' = w."""
     names = ("x", "y", "u", "w", "t", "k")
     operations = Operations(names)
@@ -40,19 +58,30 @@ def compile_law(law: sympy.Expr) -> tuple[float, ...]:
         "x": MovingScalar(operations, given["x"].value, {"u": 1.0}, given["u"].value),
         "y": MovingScalar(operations, given["y"].value, {"w": 1.0}, given["w"].value),
     }
-    path = evaluate(law, values, function=apply)
+    written = isinstance(law, sympy.Expr)
+    path = evaluate(law, values, function=apply) if written else law(values["x"], values["y"])
     results = [path.value, *(path.slopes.get(name, 0.0) for name in ("u", "w")), path.rate]
     return operations.compile([*results, path.second], names)(0.7, 1.1, 0.9, -1.3, 0.2, 1.7)
 
 
-@pytest.mark.parametrize("law", LAWS, ids=str)
-def test_derivatives_are_those_of_sympy(law: sympy.Expr) -> None:
+def derive_law(law: sympy.Expr) -> list[float]:
+    """Return the same by sympy."""
     slopes = [law.diff(X), law.diff(Y)]
     rate = slopes[0] * U + slopes[1] * W
     second = rate.diff(X) * U + rate.diff(Y) * W
     at = {X: 0.7, Y: 1.1, U: 0.9, W: -1.3, K: 1.7}
-    expected = [float(part.subs(at)) for part in (law, *slopes, rate, second)]
-    np.testing.assert_allclose(compile_law(law), expected, rtol=1e-13, atol=0)
+    return [float(part.subs(at)) for part in (law, *slopes, rate, second)]
+
+
+@pytest.mark.parametrize("law", LAWS, ids=str)
+def test_derivatives_are_those_of_sympy(law: sympy.Expr) -> None:
+    np.testing.assert_allclose(compile_law(law), derive_law(law), rtol=1e-13, atol=0)
+
+
+@pytest.mark.parametrize("name", OPERATORS)
+def test_derivatives_of_operators_are_those_of_sympy(name: str) -> None:
+    law = OPERATORS[name]
+    np.testing.assert_allclose(compile_law(law), derive_law(law(X, Y)), rtol=1e-13, atol=0)
 
 
 def test_a_root_of_a_negative_number_is_refused() -> None:
