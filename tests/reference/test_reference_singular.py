@@ -259,6 +259,7 @@ def test_places_around_a_state_are_sought_where_the_path_leads(
         ([1e-8, 2e-9, 2e-9], 1e-14, True),
         ([1e-11, 1e-11, 1e-11], 2e-11, False),
         ([1e-11, 1e-11, 1e-11], 1e-14, EngineError),
+        ([9e-11, 2e-11, 1e-11], 1e-14, EngineError),  # the nearest states count
     ],
 )
 def test_branches_turn_where_the_gap_between_them_stays_as_states_come_nearer(
