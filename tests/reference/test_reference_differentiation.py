@@ -122,3 +122,17 @@ def test_operations_grow_with_the_square_of_the_length_of_a_chain() -> None:
         return len(operations)
 
     assert count(40) < 4.5 * count(20)
+
+
+@pytest.mark.parametrize("a", [0.0, 1.0, -2.5, "x"])
+@pytest.mark.parametrize("b", [0.0, 1.0, 0.3, "y"])
+def test_sums_and_products_of_numbers_and_names_are_what_they_say(
+    a: float | str, b: float | str
+) -> None:
+    operations = Operations(("x", "y"))
+    given = {name: operations.argument(name).value for name in ("x", "y")}
+    left, right = given.get(str(a), a), given.get(str(b), b)
+    results = [operations.add(left, right), operations.multiply(left, right)]
+    first, second = (1.7 if a == "x" else float(a)), (-0.6 if b == "y" else float(b))
+    found = operations.compile(results, ("x", "y"))(1.7, -0.6)
+    assert found == (first + second, first * second)

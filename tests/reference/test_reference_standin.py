@@ -187,6 +187,23 @@ def test_wrenches_add_up() -> None:
     np.testing.assert_array_equal((a - b).vector, [-1, 2, 0, 3, 1, 7])
 
 
+def test_momenta_and_their_rates_follow_from_a_twist() -> None:
+    """P = m (v + w × c), L = I w + c × P; carried along they change by w × P and w × L + v × P."""
+    rng = np.random.default_rng(5)
+    v, w, c, P, L = rng.normal(size=(5, 3))
+    root = rng.normal(size=(3, 3))
+    inertia, twist = standin.Inertia(1.7, c, root @ root.T), standin.Motion(np.hstack([v, w]))
+    momentum = inertia * twist
+    push = 1.7 * (v + np.cross(w, c))
+    np.testing.assert_allclose(momentum.linear, push, rtol=0, atol=1e-14)
+    spin = root @ root.T @ w + np.cross(c, push)
+    np.testing.assert_allclose(momentum.angular, spin, rtol=0, atol=1e-13)
+    rate = twist.cross(standin.Force(P, L))
+    np.testing.assert_allclose(rate.linear, np.cross(w, P), rtol=0, atol=1e-14)
+    expected = np.cross(w, L) + np.cross(v, P)
+    np.testing.assert_allclose(rate.angular, expected, rtol=0, atol=1e-14)
+
+
 def test_origins_turn_by_roll_then_pitch_then_yaw_about_fixed_axes() -> None:
     text = """<robot name="arm"><link name="base"/><link name="arm"><inertial>
         <origin xyz="0.1 0.2 0.3" rpy="-0.4 0.2 0.9"/><mass value="2"/>

@@ -13,6 +13,7 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 from reading_faults import blame, misread, name_dissenters
+from scipy.spatial.transform import Rotation
 
 import mecanique as mq
 from mecanique.model.mechanism.origin import Origin
@@ -592,3 +593,26 @@ def test_who_misreads_bodies_that_move_freely_is_named(old: str, new: str, culpr
     with misread(culprit, MOVING, wrong, "fixed") as mechanism:
         readings = read_by(mechanism, ("mujoco", "drake"), 0)
     assert name_dissenters(readings) == (culprit,)
+
+
+def test_a_free_body_on_what_is_welded_is_placed_in_the_world() -> None:
+    """As the poses of all bodies say, welded twice askew; their angles are no product's order."""
+    seats = mq.Placement((1, 2, 3), (0.3, -0.5, 0.8)), mq.Placement((-1, 0.5, 2), (1.1, 0.2, -0.4))
+    free = mq.Floating("free", "b", "c", origin=mq.Placement((0.2, 0, 0.7), (-0.6, 0.9, 0.1)))
+    mechanism = mq.Mechanism(
+        "welded",
+        tuple(mq.Body(name, mq.ball(1.0, 0.1)) for name in ("ground", "a", "b", "c")),
+        (
+            mq.Fixed("one", "ground", "a", origin=seats[0]),
+            mq.Fixed("other", "a", "b", origin=seats[1]),
+            free,
+        ),
+    )
+    places = np.random.default_rng(2).normal(size=(3, 7))
+    places[:, 3:] /= np.linalg.norm(places[:, 3:], axis=1, keepdims=True)
+    found = engines._in_world(mechanism, free, places)
+    for place, seen in zip(places, found, strict=True):
+        pose = mq.Reference(mechanism).pose("c", place)
+        np.testing.assert_allclose(seen[:3], pose[:3, 3], rtol=0, atol=1e-14)
+        turn = Rotation.from_quat(seen[3:]).as_matrix()
+        np.testing.assert_allclose(turn, pose[:3, :3], rtol=0, atol=1e-14)
