@@ -15,12 +15,12 @@ from mecanique.formats.mjcf import read_mjcf, write_mjcf
 from mecanique.formats.scope import (
     SCOPES,
     Form,
-    ground_free_joints,
     leave_out,
     list_balls,
     list_lengths,
     list_losses,
     list_omissions,
+    start_at_ground,
     weld_constants,
 )
 from mecanique.formats.sdf import name_in_sdf, read_sdf, write_sdf
@@ -157,7 +157,7 @@ def convert(
     joints = mechanism.joints
     mechanism = weld_constants(mechanism, form)
     welded = sum(a is not b for a, b in zip(joints, mechanism.joints, strict=True))
-    mechanism, counting = ground_free_joints(mechanism, form)
+    mechanism, counting = start_at_ground(mechanism, form)
     lost = list_losses(mechanism, form)
     mechanism = leave_out(mechanism, form)
     text = _WRITERS[form](mechanism)

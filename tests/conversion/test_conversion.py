@@ -440,6 +440,19 @@ def test_loops_are_compared_in_their_order_whatever_their_names(form: Form) -> N
     assert conversion.proved, str(conversion)
 
 
+@pytest.mark.parametrize("form", ["URDF", "MJCF", "SDF"])
+@pytest.mark.parametrize("tie", ["connect", "weld"])
+def test_a_loop_may_end_at_the_ground(form: Form, tie: str) -> None:
+    """A joint of SDF has no world for its child."""
+    link = '<body name="{}" pos="{} 0 {}"><joint axis="0 1 0"/><geom size="0.1" pos="0.4 0 0.1"/>'
+    chain = link.format("a", 0, 1) + link.format("b", 1, 0) + link.format("c", 0, 1)
+    text = f"<mujoco><worldbody>{chain}</body></body></body></worldbody><equality>"
+    text += f'<{tie} body1="c" anchor="0.1 0 0.1"/></equality></mujoco>'
+    conversion = mq.convert(mq.read(text), form, states=5)
+    assert conversion.proved, str(conversion)
+    assert not conversion.lost
+
+
 @pytest.mark.parametrize(
     ("kind", "form"), [("ball", "URDF"), ("ball", "MJCF"), ("distance", "URDF")]
 )

@@ -135,8 +135,9 @@ _READ = {
     "solreflimit solimplimit solreffriction solimpfriction frictionloss margin width material rgba "
     "user actuatorfrclimited actuatorfrcrange",
     "equality.tendon": "name class active tendon1 tendon2 polycoef | solref solimp",
-    "connect": "name class active body1 body2 anchor site1 site2 | solref solimp",
-    "weld": "name class active body1 body2 anchor relpose site1 site2 | torquescale solref solimp",
+    "equality.connect": "name class active body1 body2 anchor site1 site2 | solref solimp",
+    "equality.weld": "name class active body1 body2 anchor relpose site1 site2 | torquescale "
+    "solref solimp",
     "equality.joint": "name class active joint1 joint2 polycoef | solref solimp",
     "compiler": "angle eulerseq autolimits inertiafromgeom inertiagrouprange boundmass "
     "boundinertia balanceinertia settotalmass coordinate alignfree meshdir assetdir fitaabb "
@@ -1358,13 +1359,11 @@ class _Reader(Source):
             if inactive or not self._options.has("equality", "constraint"):
                 self.omitted["inactive constraints"] += 1
                 continue
-            if element.tag not in ("connect", "weld", "joint", "tendon"):
+            if (kind := f"equality.{element.tag}") not in _READ:
                 raise self.refuse(element, f"<{element.tag}> among the constraints is not read")
-            named = element.tag in ("joint", "tendon")
-            key = f"equality.{element.tag}" if named else element.tag
-            texts = self._attributes(element, key, defaults)
+            texts = self._attributes(element, kind, defaults)
             name = names.free(texts.get("name") or element.tag)
-            if named:
+            if element.tag in ("joint", "tendon"):
                 if self._tied:
                     self._follow(texts)
                 continue

@@ -171,23 +171,21 @@ def list_omissions(mechanism: Mechanism, form: Form) -> tuple[str, ...]:
     lengths = list_lengths(mechanism)
     moved = [joint for joint in mechanism.joints if joint.name not in lengths]
     light = sum(is_light(mechanism, joint, form) for joint in moved)
-    massless = say_count(light, "body", "bodies")
-    more = f"{massless} without mass: {form} has none, each has {THICKENED:g} kg and kg·m² more"
-    told = (more,) if light else ()
-    if form == "SDF":
-        return told
-    bounds = [joint.limits for joint in mechanism.joints if isinstance(joint, Single)]
-    fast = sum(limits is not None and limits.velocity < UNBOUNDED for limits in bounds)
-    looks = [visual.geometry for body in mechanism.bodies for visual in body.visuals]
-    meshes = sum(isinstance(geometry, Mesh) for geometry in looks)
-    thin = sum(is_thin(mechanism, joint) for joint in mechanism.joints)
-    lines = {
-        f"{say_count(thin, 'body', 'bodies')} without inertia about an axis: MuJoCo refuses them, "
-        f"each has {THICKENED:g} kg·m² more": thin,
-        f"limits of velocity of {say_count(fast, 'joint')}: MJCF has none": fast,
-        f"{say_count(meshes, 'mesh', 'meshes')} that show bodies: left out": meshes,
-    }
-    return (*told, *(line for line, count in lines.items() if count))
+    massless = f"{say_count(light, 'body', 'bodies')} without mass: {form} has none"
+    lines = {f"{massless}, each has {THICKENED:g} kg and kg·m² more": light}
+    if form == "MJCF":
+        bounds = [joint.limits for joint in mechanism.joints if isinstance(joint, Single)]
+        fast = sum(limits is not None and limits.velocity < UNBOUNDED for limits in bounds)
+        looks = [visual.geometry for body in mechanism.bodies for visual in body.visuals]
+        meshes = sum(isinstance(geometry, Mesh) for geometry in looks)
+        thin = sum(is_thin(mechanism, joint) for joint in mechanism.joints)
+        lines |= {
+            f"{say_count(thin, 'body', 'bodies')} without inertia about an axis: MuJoCo refuses "
+            f"them, each has {THICKENED:g} kg·m² more": thin,
+            f"limits of velocity of {say_count(fast, 'joint')}: MJCF has none": fast,
+            f"{say_count(meshes, 'mesh', 'meshes')} that show bodies: left out": meshes,
+        }
+    return tuple(line for line, count in lines.items() if count)
 
 
 def list_balls(mechanism: Mechanism) -> list[str]:
@@ -296,11 +294,11 @@ def weld_constants(mechanism: Mechanism, form: Form) -> Mechanism:
     )
 
 
-def ground_free_joints(mechanism: Mechanism, form: Form) -> tuple[Mechanism, list[str]]:
+def start_at_ground(mechanism: Mechanism, form: Form) -> tuple[Mechanism, list[str]]:
     """Return a mechanism whose free joints start at the ground, and those that count otherwise.
 
     MJCF and SDF count from the world's frame. On a body that moves, a joint stays whose coordinates
-    stand in forces and laws.
+    stand in forces and laws. Loops of SDF start at the ground, too: no joint ends there.
     """
     held, joints, counting = {mechanism.ground}, list[Joint](), list[str]()
     for joint in mechanism.tree:
@@ -317,7 +315,13 @@ def ground_free_joints(mechanism: Mechanism, form: Form) -> tuple[Mechanism, lis
                 joint = replace(joint, parent=mechanism.ground, origin=place)
             counting += [joint.name] if rides or joint.origin != Placement() else []
         joints.append(joint)
-    return replace(mechanism, joints=tuple(joints)), counting
+    loops = (
+        replace(k, body_a=k.body_b, frame_a=k.frame_b, body_b=k.body_a, frame_b=k.frame_a)
+        if form == "SDF" and k.body_b == mechanism.ground
+        else k
+        for k in mechanism.loops
+    )
+    return replace(mechanism, joints=tuple(joints), loops=tuple(loops)), counting
 
 
 def tendon_factors(mechanism: Mechanism, name: str) -> dict[str, float] | None:

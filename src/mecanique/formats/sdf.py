@@ -606,10 +606,8 @@ class _Reader(Source):
         child = self._text_in(element, "child")
         frame = _Frame(element, pose, scope, relative or child, attached_to=child)
         self._add_frame(element, scope, name, frame)
-        placeholder = self._ground
-        ends = placeholder, placeholder
-        joint = _Joint(element, scope, f"{scope.name}{name}", *ends, np.eye(4), self._version)
-        self._carried.append(joint)
+        where = f"{scope.name}{name}", self._ground, self._ground  # until links are joined
+        self._carried.append(_Joint(element, scope, *where, np.eye(4), self._version))
         for axis in element.all("axis") if self._version >= _FRAMES else ():
             if self._is_true(axis, "use_parent_model_frame", False):
                 self.omitted["choices of the model's axes, which SDF 1.7 has no more"] += 1
@@ -713,10 +711,8 @@ class _Reader(Source):
         pose = joint.pose
         axis = element.child("axis")
         if kind == "universal":
-            first, second = (
-                self._direction(joint, axis),
-                self._direction(joint, element.child("axis2")),
-            )
+            both = (element.child(tag) for tag in ("axis", "axis2"))
+            first, second = (self._direction(joint, along) for along in both)
             if abs(first @ second) > 1e-9:
                 raise self.refuse(element, "the axes of a universal joint are not orthogonal")
             turn = np.eye(4)
@@ -860,8 +856,7 @@ class _Reader(Source):
                 message = f"joint {follower!r} mimics {min(missing)!r}, which is not there"
                 raise self.refuse(element, message)
         light = [link.name for link in self._links if link.weightless and not link.static]
-        weight = f"<gravity> of {', '.join(light)} is off, which Drake ignores." if light else ""
-        about = filter(None, [weight])
+        about = [f"<gravity> of {', '.join(light)} is off, which Drake ignores."] * bool(light)
         return self.assemble(name, bodies, self._loops, self.compose_laws(), *about)
 
 
