@@ -53,6 +53,33 @@ def test_other_forms_of_the_right_equation_hold(text: str, outcome: str) -> None
     assert mq.check(mq.textbook.load("simple_pendulum"), text).outcome == outcome
 
 
+_FIRST, _SECOND = "m1 q1'' + (k1 + k2) q1 - k2 q2 = 0", "m2 q2'' + k2 (q2 - q1) = F"
+
+
+@pytest.mark.parametrize("word", ["or", "oder", "ou"])
+def test_of_two_equations_joined_by_or_only_one_is_claimed(word: str) -> None:
+    blocks = mq.textbook.load("two_blocks")
+    either = mq.check(blocks, f"{_FIRST} {word} {_SECOND}")
+    assert (either.outcome, either.independent) == ("wrong", 1)
+    assert either.causes[0].text.startswith(f"'{word}' leaves open which of two equations holds")
+    # two forms of the same equation leave nothing open
+    solved = "q1'' = (k2 q2 - (k1 + k2) q1)/m1"
+    assert mq.check(blocks, f"{_FIRST} {word} {solved}, {_SECOND}").right
+
+
+def test_of_two_reactions_joined_by_or_only_one_is_claimed() -> None:
+    incline = mq.textbook.load("rolling_disk")
+    N, F = "lambda_contact_normal = m g cos alpha", "lambda_contact_x = -m g sin(alpha)/3"
+    assert mq.check(incline, f"{N}, {F}", "reaction").right
+    assert mq.check(incline, f"{N} or {F}", "reaction").outcome == "wrong"
+
+
+def test_a_line_multiplied_by_zero_is_no_definition() -> None:
+    empty = mq.check(mq.textbook.load("two_blocks"), f"0*({_FIRST[:-4]}) = 0; {_SECOND}")
+    assert empty.outcome == "wrong"
+    assert empty.causes[0].text == "it holds for any motion"
+
+
 @pytest.mark.parametrize(
     ("system", "ask", "text", "words"),
     [

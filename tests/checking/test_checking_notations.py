@@ -162,6 +162,9 @@ def test_equations_may_be_joined_in_one_line(between: str) -> None:
             "The equation of motion is q'' = -3 g/(2 l) sin(q).",
             ("set aside: 'The equation of motion is'",),
         ),
+        ("I get q'' = -3 g/(2 l) sin q", ("set aside: 'I get'",)),
+        ("I q'' = -m g l/2 sin q, I = m l^2/3", ("taken as a definition: 'I = m l^2/3'",)),
+        ("a = q'' = -3 g/(2 l) sin q", ("taken as a definition: 'a = q'''",)),
         ("Por lo tanto: l q'' = -1.5 g sen q", ("set aside: 'Por lo tanto'",)),
         (
             "q'' + omega0^2 sin q = 0 with omega0^2 = 3 g/(2 l)",

@@ -390,6 +390,8 @@ def read_answer(text: str, letters: KnownLetters, *, conditional: bool = False) 
         scanner = Scanner(text, letters)
         lines = scanner.scan()
         lines = [_turn_round(line, defined) for line in lines]
+        further = {*defined, *scanner.unknown}
+        lines = [part for line in lines for part in _part_definition(line, further)]
         # another definition of the same letter is not left out in silence
         lines = [_derive_constant(line, scanner.unknown) for line in lines]
         kept = [
@@ -428,7 +430,9 @@ def read_answer(text: str, letters: KnownLetters, *, conditional: bool = False) 
         tokens += [Token("NEXT", "\n", line[0].start, line[0].start)] if k else []
         tokens += line
     statements = list(_statements(_parse(tokens, scanner.letters, text), text))
+    # without letters that are defined, what is the same on both sides says nothing
     restated = [s for s in statements if _is_restated(s, text) or _repeats(s, letters, text)]
+    restated = restated if letters.defined else []
     if len(restated) < len(statements):
         statements = [statement for statement in statements if statement not in restated]
         judged = {statement.text for statement in statements}
@@ -627,6 +631,14 @@ def _turn_round(line: list[Token], undefined: Collection[str]) -> list[Token]:
     if kinds == ["NAME", "EQUALS", "NAME"] and line[2].value in undefined:
         return line if _names(line[:1]) & set(undefined) else line[::-1]
     return line
+
+
+def _part_definition(line: list[Token], further: Collection[str]) -> list[list[Token]]:
+    """Return a = x'' = …, where a is no letter of the system, as a = x'' and x'' = …."""
+    chained = [token.kind for token in line[:4]] == ["NAME", "EQUALS"] * 2
+    if chained and line[0].value in further and line[2].value not in further:
+        return [line[:3], line[2:]]
+    return [line]
 
 
 def _derive_constant(line: list[Token], unknown: dict[str, int]) -> list[Token]:

@@ -969,6 +969,9 @@ class Scanner:
             return self.letters.find(said) is None and self._split(said, 0) is None
         if len(said) == 1 and said.isupper() and word[0].endswith(":"):
             return self.letters.find(said) is None  # a point or a body, as in "about O:"
+        if said == "I" and self.letters.find(said) is None:
+            verb = _PLAIN_WORD.match(self._plain, word.end() + 1)
+            return verb is not None and self._is_prose(verb)
         if len(said) < _SHORTEST_WORD or _NO_PROSE.fullmatch(said):
             return False
         follows = self._plain[word.end() : word.end() + 3]

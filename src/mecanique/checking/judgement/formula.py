@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import chain, pairwise, permutations
@@ -29,7 +29,7 @@ from mecanique.checking.grammar.tree import (
     substitute,
 )
 from mecanique.checking.judgement.equilibria import judge_positions
-from mecanique.checking.judgement.motion import EQUATION_HOLDS, Residual, residuals
+from mecanique.checking.judgement.motion import EQUATION_HOLDS, Residual, count_rank, residuals
 from mecanique.checking.judgement.quantities import (
     ACROSS,
     ENERGIES,
@@ -93,11 +93,27 @@ def judge_formula(
         return judge(statements, truth, quantity, text)
     judged = judge(part_chains(statements, text), truth, quantity, text)
     if quantity.kind not in ("several", "steady"):
-        return judged
+        return _refuse_either(judged, text, count_independent)
     # with ±, several begin at one place, and are to be different
     begun = Counter(statement.start for statement in statements)
     chains = {s.start for s in statements if len(s.sides) > 2 and begun[s.start] == 1}
     return _compare_sides(judged, chains)
+
+
+_EITHER = re.compile(r"\b(?:or|oder|ou|o|either)\b")
+
+
+def _refuse_either(
+    judged: list[Judged], text: str, count: Callable[[Sequence[Judged]], int]
+) -> list[Judged]:
+    """Return formulas, with a fault where "or" leaves open which of two different ones holds."""
+    for k, (first, second) in enumerate(pairwise(judged), 1):
+        end = first.statement.start + len(first.statement.text)
+        either = _EITHER.search(text[end : second.statement.start])
+        if either and first.holds and second.holds and count((first, second)) > 1:
+            fault = f"{either[0]!r} leaves open which of two equations holds: write both"
+            judged[k] = replace(second, fault=fault)
+    return judged
 
 
 def _compare_sides(judged: list[Judged], chains: Collection[int]) -> list[Judged]:
@@ -114,7 +130,12 @@ def _judge_motion(
 ) -> list[Judged]:
     """Judge equations of motion at the true accelerations."""
     equations = residuals(statements, truth, truth.sample, text)
-    return [replace(_judge_residual(e), fault=e.emptiness if e.holds else "") for e in equations]
+    judged = [replace(_judge_residual(e), fault=e.emptiness if e.holds else "") for e in equations]
+    return _refuse_either(judged, text, _count_of_motion)
+
+
+def _count_of_motion(judged: Sequence[Judged]) -> int:
+    return count_rank([formula.residual for formula in judged if formula.residual])
 
 
 def _judge_value(

@@ -595,7 +595,7 @@ _BOUND_LETTERS = ("u", "x", "xi", "phi", "s")
 
 _CONSTANTS = (*"EHhCcpALJKk", "C1", "C2", "c1", "c2", "Lz", "const")
 _QUESTIONS = {
-    "kinetic energy": _Question(_Asked.energy, ("T", "Ek", "Ekin", "KE", "K")),
+    "kinetic energy": _Question(_Asked.energy, ("T", "Ek", "Ekin", "Ec", "KE", "K")),
     "potential energy": _Question(_Asked.energy, ("V", "U", "Ep", "Epot", "PE")),
     "Lagrangian": _Question(_Asked.energy, ("L", "Lagrangian")),
     "energy": _Question(_Asked.energy, ("E", "H", "h")),
