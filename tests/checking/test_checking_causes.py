@@ -41,6 +41,12 @@ MISTAKES = (
     ("elastic_pendulum", SPRING + SWING.replace("2 r'", "r'"), "factor", "half of what"),
     ("elastic_pendulum", SPRING + SWING.replace("+ 2 r' theta'", ""), "missing", "Coriolis"),
     ("elastic_pendulum", SPRING + SWING.replace("r theta''", "l0 theta''"), "length", ""),
+    (
+        "screw_press",
+        "m R^2/2 theta'' = D + (m + M) g p",
+        "parallel axis",
+        "motion of the center of each",
+    ),
     ("cart_pole", CART + POLE.replace("+ g", "- g"), "sign", "gravity is wrong"),
     ("cart_pole", CART.replace("= F", "= 0") + POLE, "missing", "the force -F is missing"),
     ("cart_pole", CART.replace("(M + m)", "M") + POLE, "letter", "should be M + m"),

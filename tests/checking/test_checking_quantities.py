@@ -104,6 +104,20 @@ JUDGED = (
     ("bar_chain", f"V = {_COLUMN} - C q4", "potential energy", "right", ""),
     ("bar_chain", f"V = {_COLUMN}", "potential energy", "right", ""),
     ("bar_chain", f"V = {_COLUMN} - 2 C q4", "potential energy", "wrong", "'- 2 C q4' is twice"),
+    (
+        "tennis_racket",
+        "m (a^2 center_wx^2 + b^2 center_wy^2 + c^2 center_wz^2)/24",
+        "kinetic energy",
+        "wrong",
+        "the lengths along their axes, not across them",
+    ),
+    (
+        "cart_pole",
+        "G(s) = 1/((M + m) s^2 + c s)",
+        "transfer function of x from F",
+        "wrong",
+        "it is that with q held at rest",
+    ),
     ("simple_pendulum", "m l q'^2/2", "kinetic energy", "wrong", "the quantity in question in N·m"),
     ("simple_pendulum", "p = m l q'", "momentum of q", "wrong", "'p' is in N·m·s"),
     (

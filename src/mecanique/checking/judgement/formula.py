@@ -15,6 +15,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.checking.grammar.letters import KnownLetters
+from mecanique.checking.grammar.mathml import is_mathml, text_of
 from mecanique.checking.grammar.reader import Statement, name_values, part_chains
 from mecanique.checking.grammar.scanner import BOTH_SIGNS
 from mecanique.checking.grammar.tape import FormulaTape, find_rounding
@@ -107,6 +108,7 @@ def _refuse_either(
     judged: list[Judged], text: str, count: Callable[[Sequence[Judged]], int]
 ) -> list[Judged]:
     """Return formulas, with a fault where "or" leaves open which of two different ones holds."""
+    text = text_of(text) if is_mathml(text) else text
     for k, (first, second) in enumerate(pairwise(judged), 1):
         end = first.statement.start + len(first.statement.text)
         either = _EITHER.search(text[end : second.statement.start])

@@ -554,6 +554,13 @@ class _Asked:
         answer, undamped = (by_coordinate[:, k] for by_coordinate in answers)
         others = zip(coordinates, answers[0].T, strict=True)
         slips = [("exchanged", f"it is that of {q}", other) for q, other in others if q != output]
+        whole = M * np.square(s)[:, None, None] + C * s[:, None, None] + K
+        for q in coordinates if free.shape[1] == free.shape[2] else ():
+            rest = [i for i, name in enumerate(coordinates) if name != q]
+            if q != output:
+                held = np.linalg.solve(whole[:, rest][:, :, rest], force[:, rest])[..., 0]
+                slip = held[:, rest.index(k)]
+                slips.append(("simple system", f"it is that with {q} held at rest", slip))
         taken = {*sample.values, *self._letters, "s"}
         transform = [name for name in (output.capitalize(),) if name not in taken]
         transformed = dict.fromkeys(transform, answer * sample.values[symbol])

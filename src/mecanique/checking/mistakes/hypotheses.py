@@ -732,6 +732,7 @@ def _piece(
     moving, weight = (
         with_mass.plus(without, -1) for with_mass, without in zip(bare, gone, strict=True)
     )
+    unmoved = "the inertia of the motion of the center of {} is missing"
     mistakes = [
         ("missing", 1.3, "the mass of {} is missing", gone[0].plus(gone[1])),
         ("missing", 1.1, "the weight of {} is missing", terms.plus(weight, -1)),
@@ -749,6 +750,8 @@ def _piece(
         turning = None if mechanism.loops else _turn_about_joint(right, mechanism, piece)
         # what is dropped of a body whose center is in its joint may as well be a term
         likely = 0.8 if turning else 1.15
+        if not (turning or mechanism.loops):
+            about = unmoved
         turning = turning or moving
         mistakes += [
             ("inertia", 1.0, f"{own} is missing (as for a particle)", particle),
@@ -768,10 +771,18 @@ def _piece(
                 words = f"the inertia of {{}} about the joint is that of a {said}"
                 wrong = terms.plus(terms.plus(particle, -1), more)
                 mistakes.append(("inertia", 1.25, words, wrong))
+        if (sphere := _even_out(shape)) is not None:
+            # ∫x² dm is half of the sum of all three moments less that about x
+            even = right.rebuild(piece.put(mechanism, sphere))
+            what = "the moments of inertia of {} take the lengths along their axes, not across them"
+            second = even and even.plus(terms, -1).plus(particle)
+            mistakes += [("inertia", 1.2, what, second)] if second else []
         if any(plain(x) for x in shape.center):
             mistakes += _at_end(right, mechanism, piece, (particle, still))
-    elif shape.form == "particle" and not mechanism.constrained:
-        mistakes += _as_body(right, mechanism, piece)
+    else:
+        mistakes.append(("parallel axis", 1.15, unmoved, terms.plus(moving, -1)))
+        if shape.form == "particle" and not mechanism.constrained:
+            mistakes += _as_body(right, mechanism, piece)
     yield from mistakes
 
 
@@ -836,6 +847,15 @@ def _flatten(shape: Shape) -> Shape | None:
     return None
 
 
+def _even_out(shape: Shape) -> Shape | None:
+    """Return a shape with half the sum of its moments about each axis, None if two are alike."""
+    moments = shape.inertia[:3]
+    if len({*map(plain, moments)}) < len(moments):
+        return None
+    half = sum(moments) / 2
+    return replace(shape, inertia=(half, half, half, 0.0, 0.0, 0.0))
+
+
 _BODIES = {
     1 / 3: (1.25, "of a rod about its end, m l²/3"),
     1 / 12: (1.25, "of a rod about its center, m l²/12"),
@@ -881,7 +901,9 @@ def _turn_about_joint(
     pairs = zip(piece.shape.inertia, squares, strict=True)
     more = tuple(own + piece.shape.mass * square for own, square in pairs)
     changed = right.rebuild(piece.put(mechanism, replace(piece.shape, inertia=more)))
-    return changed.plus(right.terms, -1) if changed else None
+    # a center on the axis of its joint has no such part either
+    felt = changed is not None and _differ(right.terms.M, changed.M)
+    return changed.plus(right.terms, -1) if changed and felt else None
 
 
 def _at_end(
@@ -916,9 +938,9 @@ def _at_end(
         yield "weight", 1.0, what, still.plus(there[1])
 
 
-def _differ(M: Array, changed: Array) -> bool:
-    """Whether two mass matrices differ by more than rounding."""
-    return bool(np.abs(M - changed).max() > _FELT * np.abs(M).max())
+def _differ(terms: Array, changed: Array) -> bool:
+    """Whether mass matrices or forces in the states differ by more than rounding."""
+    return bool(np.abs(terms - changed).max() > _FELT * np.abs(terms).max())
 
 
 _MOST_CHOICES = 60
@@ -1006,19 +1028,25 @@ def _find_surplus(
 
 
 _PAIRED = ("inertia", "parallel axis", "point mass", "weight", "potential sign", "free length")
+TWO_SLIPS = "two slips"
 _MOST_PAIRED = 16
 """Two mistakes at once are sought among no more than these."""
 
 
+def _move_unlike(wrong: EquationValues, right: EquationValues) -> bool:
+    return _differ(right.M, wrong.M) or _differ(right.rest, wrong.rest)
+
+
 def _pair(right: RightEquations, single: Sequence[WrongDerivation]) -> Iterator[WrongDerivation]:
     """Yield equations with two of some mistakes."""
-    pairable = [mistake for mistake in single if mistake.kind in _PAIRED]
+    # beside another, one that changes nothing here says nothing
+    pairable = [m for m in single if m.kind in _PAIRED and _move_unlike(m.terms, right.terms)]
     if len(pairable) > _MOST_PAIRED or right.truth.mechanism.constrained:
         return
     for first, second in combinations(pairable, 2):
         terms = first.terms.plus(second.terms).plus(right.terms, -1)
         weight = first.weight + second.weight + 0.2
-        yield WrongDerivation("two slips", f"{first.text}; {second.text}", weight, terms)
+        yield WrongDerivation(TWO_SLIPS, f"{first.text}; {second.text}", weight, terms)
 
 
 _SINGULAR = 1e-12

@@ -31,6 +31,7 @@ from mecanique.checking.mistakes.hypotheses import (
     MOST_TIMES,
     MULTIPLES,
     SIMPLE,
+    TWO_SLIPS,
     Hypotheses,
     WrongDerivation,
     list_parts,
@@ -735,7 +736,7 @@ def mend_twice(residual: Residual, context: Context, text: str) -> Iterator[Mist
             nothing = first.kind == second.kind == "extra"
             if (apart and not nothing) or (again and text.count(first.part) > 1):
                 weight = first.weight + second.weight
-                yield Mistake("two slips", f"{first}; {second}", first.part, weight)
+                yield Mistake(TWO_SLIPS, f"{first}; {second}", first.part, weight)
 
 
 def find_lacking(residual: Residual, series: Mapping[str, Series]) -> Iterator[Mistake]:
@@ -1281,4 +1282,7 @@ def _rank(misfits: Sequence[Mistake], mistakes: Iterable[Mistake]) -> tuple[Mist
     order = sorted(mistakes, key=lambda mistake: mistake.weight)
     # a missing root, or a period for a frequency, says why the units do not match
     measures = [mistake for mistake in order if mistake.kind == "measure"]
+    if order and order[0].kind != TWO_SLIPS:
+        # two slips at once explain nothing that a likelier one explains
+        order = [mistake for mistake in order if mistake.kind != TWO_SLIPS]
     return tuple(dict.fromkeys([*measures, *misfits, *order]))[:_MOST]
