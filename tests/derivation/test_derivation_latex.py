@@ -20,7 +20,7 @@ from mecanique.derivation import METHODS
 from mecanique.derivation.document import to_page
 from mecanique.derivation.printing.letters import letters_of_words
 from mecanique.derivation.printing.lines import PAGE, align, display, number_rows, width
-from mecanique.derivation.printing.prose import to_html, to_latex
+from mecanique.derivation.printing.prose import spell_greek, to_html, to_latex
 from mecanique.derivation.printing.writers import Latex, MathML
 
 ROOT = Path(__file__).parents[2]
@@ -342,3 +342,27 @@ def test_a_condition_of_rolling_keeps_its_letter() -> None:
     written = mq.derive(coin).latex(steps=True)
     assert "$z = r \\cos(\\theta)$" in written
     assert "\\text{lean}" not in written
+    # a page sets its prose from text
+    said = mq.derive(coin).document.introduction
+    assert (
+        "the angle α of its heading, its lean to the right and the angle φ about its axis" in said
+    )
+    wheels = {"rear_spin": "phi_rear", "front_spin": "phi_front"}
+    said = spell_greek("the turns rear_spin and front_spin'", {*wheels}, wheels)
+    assert said == "the turns φ_rear and φ_front'"
+
+
+@pytest.mark.parametrize(
+    ("sentence", "written"),
+    [
+        ("The constraints leave x, yaw, lean and spin free.", 4),
+        ("M q'' = 0 for q = (lean, spin).", 4),
+        ("its axis, turned by -lean about y", 2),
+        ("the angle yaw of its heading, its lean to the right and its spin", 1),
+        ("The coins spin; their lean, and yaw, and a half-turn.", 0),
+    ],
+)
+def test_words_are_letters_where_they_are_names(sentence: str, written: int) -> None:
+    letters = {"yaw": "alpha", "lean": "theta", "spin": "phi"}
+    names = {"x", "y", *letters}
+    assert to_latex(sentence, names, (), letters).count("$") == 2 * written

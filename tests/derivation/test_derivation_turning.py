@@ -86,7 +86,7 @@ def test_products_of_inertia_add_to_the_kinetic_energy() -> None:
 @pytest.mark.parametrize(
     ("name", "axes"),
     [
-        ("heavy_top", "for the top along those of the tilted, which do not spin with the top."),
+        ("heavy_top", "for the top along axes that do not spin with the top."),
         (
             "gyroscope",
             "for the inner along the body's own; for the rotor along those of the inner, which do "

@@ -393,7 +393,7 @@ def test_only_screws_have_nuts() -> None:
     [
         ("kapitza_pendulum", "z=Acos(Wt)"),
         ("crane", "l=l0-wt"),
-        ("foucault_pendulum", "turn=Wt"),
+        ("foucault_pendulum", "φ=Wt"),
     ],
 )
 def test_prescribed_motions_are_drawn_with_their_law(name: str, law: str) -> None:

@@ -248,7 +248,8 @@ class Document:
             named = (meaning for meaning in listed if letters.intersection(meaning.names))
             listed = [*self._list_meanings(steps=False), *named]
         below = () if steps else tuple(stage._repr_html_() for stage in reactions)
-        lines = self._write_html(steps, self._in_lines, below)
+        writer = MathML(self._letters)
+        lines = self._write_html(steps, lambda x: to_lines(x.write(writer), x.text()), below)
         return "\n".join([*self._open_html(listed, steps, _COLUMNS), *lines])
 
     def _outline(self, steps: bool) -> Iterator[_Part]:
@@ -419,17 +420,13 @@ class Document:
         said = line.text() if isinstance(line, Equation) else ""
         return to_math(line.write(MathML(self._letters)), alt=said)
 
-    def _in_lines(self, line: Printed) -> str:
-        """Return a line as HTML that wraps."""
-        return to_lines(line.write(MathML(self._letters)), line.text())
-
     @property
     def _letters(self) -> Mapping[str, str]:
         """The letters of names that are words."""
         return self.derivation.algebra.ring.letters
 
     def _spell(self, sentence: str) -> str:
-        return spell_greek(sentence, self._names)
+        return spell_greek(sentence, self._names, self._letters)
 
     def _set(self, sentence: str) -> str:
         return to_html(sentence, self._names, self._letters)

@@ -293,6 +293,10 @@ _DRIVEN = "Driven harmonically, it vibrates at the rate {} once its free motion 
 _RESONANT = "{} has a greatest value where the inequality holds."
 _SINGLE = "One motion meets no force, the other has the natural frequency of the last line."
 _FREE = "Left to itself, it oscillates with the natural frequency of its linear equation."
+_DAMPED = (
+    "Without damping it would oscillate with the natural frequency omega. Left to itself, it does "
+    "with omega sqrt(1 - zeta^2) where zeta < 1, and its amplitude falls as exp(-zeta omega t)."
+)
 _SHAPES = "In the first mode {}, in the second {}."
 _OMEGA = {"omega": "natural angular frequency [rad/s]"}
 _FIGURES = _OMEGA | {"zeta": "damping ratio"}
@@ -326,7 +330,7 @@ def _find_small_motions(derivation: Derivation) -> Ending:
     said, lines = list[str](), list[Printed]()
     single = len(place) == 1
     if linear(derivation) is not None:
-        said += [_FREE] if single else []
+        said += [_FREE] if single and small.ratio is None else []
     elif len(place) <= _MOST_COUPLED:
         moved = [f"{name} = {expression(x).text()}" for name, x in place.items() if x]
         zero = [name for name, x in place.items() if not x]
@@ -336,6 +340,7 @@ def _find_small_motions(derivation: Derivation) -> Ending:
         lines += small.equations
     if single and not {"omega", "zeta"} & {*values}:
         figures = small.figures
+        said += [_DAMPED] if figures[1:] else []
         unknowns = _FIGURES if figures[1:] else _OMEGA
         return Ending(" ".join(said), (*lines, *figures), unknowns, _TITLE)
     undamped = not any(map(any, small.matrices.C))

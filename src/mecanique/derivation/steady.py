@@ -271,7 +271,7 @@ def _put_numbers(
         if parts:
             terms.append(f"({total}) {rate}" if len(parts) > 1 else f"{total} {rate}")
     letters = [line.name for line in lines if line.name not in mechanism.values]
-    explained = dict.fromkeys(letters, "matrix of the entries that bear its letter")
+    explained = dict.fromkeys(letters, "matrices of the entries that bear their letters")
     return Ending(_MATRICES.format(" + ".join(terms), ", ".join(names)), tuple(lines), explained)
 
 

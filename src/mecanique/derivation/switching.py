@@ -305,12 +305,7 @@ def force_symbol(letter: str, element: str) -> str:
 
 
 def name_forces(element: Any, tangents: int) -> tuple[str, ...]:
-    """Return the symbols of an element's forces in the order of its rows, N first if it presses.
-
-    Args:
-        element: one that switches.
-        tangents: of a contact, the directions in which it slips: none, one or, in space, two.
-    """
+    """Return the symbols of an element's forces in the order of its rows, N first if it presses."""
     if not isinstance(element, Contact):
         return tuple(force_symbol(row.letter, element.name) for row in element.joint_rows)
     parts = ("_x", "_y") if tangents > 1 else ("",) * tangents

@@ -108,7 +108,7 @@ def missing(setting: Setting, symbol: str) -> tuple[Mark, ...]:
             return tuple(_draw_span(setting, span, a, b))
     for joint in setting.mechanism.joints:
         if symbol in (str(angle).lstrip("-") for angle in joint.origin.rpy):
-            return tuple(_tilt(setting, joint, symbol))
+            return tuple(_tilt(setting, joint, setting.letter(symbol)))
     return ()
 
 
@@ -349,7 +349,7 @@ def _rail_slopes(setting: Setting, *, plated: bool) -> Iterator[Mark]:
         low = low + setting.reach_from(low, joint.child, below) * below
         low = low + (setting.reach_from(low, joint.child, along) + SLOPE_RADIUS) * along
         low = low + RAIL_GAP * below
-        yield from _slope(low, low - along, *used)
+        yield from _slope(low, low - along, *map(setting.letter, used))
 
 
 def _slope(low: Point, high: Point, name: str) -> Iterator[Mark]:
@@ -507,7 +507,8 @@ def coordinates(setting: Setting, body: str | None = None) -> Iterator[Mark]:
             case _Distance() as distance if body is None:
                 distances.append(distance)
     small = [distance for distance in distances if distance.length * setting.camera.scale < SMALL]
-    if len(small) > 1 and _crossing([distance.step for distance in small]):
+    ways = [unit3(distance.step) for distance in small]
+    if len(small) > 1 and all(abs(float(a @ b)) < 0.9 for a, b in combinations(ways, 2)):
         yield from _triad(setting, small)
         distances = [distance for distance in distances if distance not in small]
     for distance in distances:
@@ -633,12 +634,6 @@ def _displace(
     return None if best is None else best[1:]
 
 
-def _crossing(steps: list[Floats]) -> bool:
-    return all(
-        abs(float(unit3(a) @ unit3(b))) < 0.9 for k, a in enumerate(steps) for b in steps[:k]
-    )
-
-
 def _triad(setting: Setting, distances: list[_Distance]) -> Iterator[Mark]:
     """Directions of several coordinates that are zero, from one point to the left of the figure."""
     paper = np.concatenate([setting.paper(body.name) for body in setting.mechanism.bodies])
@@ -661,7 +656,10 @@ def _draw_distance(setting: Setting, distance: _Distance) -> Iterator[Mark]:
     along = unit(camera.at(distance.forward))
     side = _free_side(setting, owner, along)
     clearance = CLEARANCE_ABOVE if side[1] < -0.7 else CLEARANCE
-    shift = max(setting.reach_from(a, owner, side), 0.0) + clearance
+    drawn = {solid.body for solid in setting.solids}
+    # of a body that only carries others, beside these
+    carried = [owner] if owner in drawn else [*list_branch(setting.mechanism, owner)]
+    shift = max([setting.reach_from(a, body, side) for body in carried] + [0.0]) + clearance
     # the arrow shows the positive sense: where the body stands on the other side, nothing else
     small = distance.length * camera.scale < SMALL or distance.value < 0
     flat = len(setting.paper(owner)) > 1 and float(np.ptp(setting.paper(owner) @ side)) < FLAT
@@ -677,7 +675,8 @@ def _draw_distance(setting: Setting, distance: _Distance) -> Iterator[Mark]:
         name = label((foot + tip) / 2, distance.name, side, 7.0, "coordinate-letter")
     yield Stroke(np.array([foot - 6 * side, foot + 6 * side]), "coordinate")
     if not small:
-        yield Stroke(np.array([b + (shift - 12) * side, tip + 5 * side]), "thin")
+        begin = shift - 12 if owner in drawn else 0.0
+        yield Stroke(np.array([b + begin * side, tip + 5 * side]), "thin")
     yield from arrow(foot, tip, "coordinate")
     yield name
 

@@ -736,7 +736,7 @@ def figure(setting: Setting, *, legend: bool = True) -> tuple[Mark, ...]:
 def _missing(setting: Setting, marks: Sequence[Mark]) -> Iterator[Parameter]:
     """The lengths and angles of a mechanism whose letters stand nowhere in its figure."""
     for parameter in setting.mechanism.parameters:
-        symbol = rich(parameter.symbol)
+        symbol = rich(setting.letter(parameter.symbol))
         written = (mark.parts for mark in marks if isinstance(mark, Words))
         if parameter.unit in ("m", "rad") and not any(_holds(parts, symbol) for parts in written):
             yield parameter
@@ -751,9 +751,9 @@ def _legend(setting: Setting, marks: list[Mark]) -> Iterator[Mark]:
         lines = textwrap.wrap(parameter.meaning, LEGEND_WIDTH) or [""]
         for k, line in enumerate(lines):
             words = re.split(rf"\b({letters})\b", f"   {line}" if k else f": {line}")
-            parts = () if k else rich(parameter.symbol)
+            parts = () if k else rich(setting.letter(parameter.symbol))
             for place_in_line, word in enumerate(words):
-                parts += rich(word) if place_in_line % 2 else ((word, "upright"),)
+                parts += rich(setting.letter(word)) if place_in_line % 2 else ((word, "upright"),)
             yield Words(place, parts, "name", "start", LEGEND_SIZE)
             place = place + np.array([0.0, 1.3 * LEGEND_SIZE])
 

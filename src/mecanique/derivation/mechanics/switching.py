@@ -219,12 +219,6 @@ def list_holding_margins(
     """Return what rolling contacts and cords have left, in the order of `break_names`.
 
     They are elements of one state: what rolls sticks, and a cord is closed.
-
-    Args:
-        mechanism: whose they are.
-        forces: normal forces, friction and tensions, by name.
-        evaluate: gives coefficients of friction.
-        length: as of `list_margins`.
     """
     elements = tuple(list_holding(mechanism, list(forces)))
     mode = tuple(ElementState(rows.states[1]) for rows in elements)
@@ -341,15 +335,7 @@ def bounce(
     solve: Callable[[Terms, str, ModeProblem], tuple[Scalars, Scalars]],
     functions: tuple[Callable[[Any], Any], Callable[[Any], Any]] = (np.abs, np.sign),
 ) -> tuple[Scalars, Scalars]:
-    """Return the changes of velocities and the impulses of an element's impact by itself.
-
-    Args:
-        terms: of the state.
-        elements: those of the mechanism.
-        named: the element, and in which of its `impacts`.
-        solve: gives both in one state of the element.
-        functions: the absolute value of a scalar, and its sign.
-    """
+    """Return the changes of velocities and the impulses of an element's impact by itself."""
     name, friction = named
     (element,) = (rows for rows in elements if rows.name == name)
     normal = element.normal
@@ -391,13 +377,6 @@ def _follow_routh(
     ends as the approach does. Then the approach returns e times (Newton), or the normal impulse
     does (Poisson): E. J. Routh, Dynamics of a System of Rigid Bodies, Elementary Part, ch. IV.
     Where friction jams what Newton's law asks to part, it stays.
-
-    Args:
-        terms: of the state.
-        element: what is struck.
-        pushes: changes of velocities and impulses of a unit normal impulse, slipping + and -.
-        absolute: gives the absolute value of a scalar.
-        sign: gives its sign.
     """
 
     def positive(scalar: Any) -> Any:

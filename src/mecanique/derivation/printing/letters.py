@@ -56,26 +56,30 @@ _USUAL = {
 """The letter that books have for an angle that is called by a word."""
 
 _SPARE = ("phi", "theta", "psi", "alpha", "beta", "gamma", "chi")
-_OF_COORDINATES = ("p", "P", "pi", "Q", "W", "δW")
-"""Letters of which a coordinate is the subscript."""
+_OF_COORDINATES = ("", "p_", "P_", "pi_", "Q_", "W_", "δW_")
+"""Beginnings of the names of a coordinate and of what has it as the subscript."""
 
 _WORD = re.compile(r"(?:(?P<whose>[a-z]{2,})_)?(?P<word>[a-z]{3,})")
 
 
 @lru_cache(maxsize=64)
 def letters_of_words(mechanism: Mechanism) -> Mapping[str, str]:
-    """Return a letter for each angle among the coordinates that is called by a word.
+    """Return a letter for each angle, of the coordinates or given, that is called by a word.
 
     It is the usual one or another that is free; where the word is a body's, or anything's that has
     no usual one, it is the subscript: yaw is psi, rear_spin phi_rear, crank phi_crank. So are those
     of momenta and generalized forces, p_psi for p_yaw.
     """
-    turning = angles(mechanism)
-    words = {name: _WORD.fullmatch(name) for name in mechanism.coordinates if name in turning}
+    lengths, turning = set(mechanism.coordinates) - angles(mechanism), list[str]()
+    for joint in mechanism.joints:
+        turning += () if joint.quaternion else joint.angular_coordinates
+    turning += [p.symbol for p in mechanism.parameters if p.unit in ("rad", "deg", "°")]
+    ordered = dict.fromkeys([*mechanism.coordinates, *turning])
+    words = {name: _WORD.fullmatch(name) for name in ordered if name not in lengths}
     known = {*GREEK, *_NICKNAMES}
     wordy = {name: m for name, m in words.items() if m and known.isdisjoint((*m.groups(), name))}
     inputs = (signal.symbol for signal in mechanism.inputs)
-    given = {*mechanism.coordinates, *mechanism.values, *inputs} - wordy.keys()
+    given = {*ordered, *mechanism.values, *inputs} - wordy.keys()
     taken = {SplitName.of(name) for name in given}
     if mechanism.rolls:
         taken.add(SplitName("psi", "", 0))  # of conditions on velocities
@@ -93,10 +97,8 @@ def letters_of_words(mechanism: Mechanism) -> Mapping[str, str]:
                     letters[name] = letter
                     taken.add(SplitName.of(letter))
                     break
-    written = dict(letters)
-    for name, letter in letters.items():
-        written |= {f"{of}_{name}": f"{of}_{letter}" for of in _OF_COORDINATES}
-    return {name: letter for name, letter in written.items() if name not in given}
+    pairs = ((of + name, of + letter) for name, letter in letters.items() for of in _OF_COORDINATES)
+    return {name: letter for name, letter in pairs if name not in given}
 
 
 def to_letter(name: str, letters: Mapping[str, str]) -> str:

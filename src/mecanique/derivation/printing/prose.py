@@ -34,6 +34,9 @@ _POWERS = {"²": "^{2}", "³": "^{3}"}
 _AFTER = {"ahead", "along", "and", "are", "from", "in", "is", "of", "on", "or", "to"}
 """Words that may follow the letter a, never the article."""
 
+_CALLING = {"angle", "angles", "coordinate", "coordinates", "for", "leave"}
+"""Words that the name of a coordinate may follow."""
+
 _BEFORE = {"acceleration", "amplitude", "distance", "edges", "length", "radius", "side", "sides"}
 """Words that the letter a may follow."""
 
@@ -83,11 +86,14 @@ def _is_source(sentence: str) -> bool:
     return sentence.startswith("Source:")
 
 
-def spell_greek(sentence: str, names: Collection[str]) -> str:
+def spell_greek(
+    sentence: str, names: Collection[str], letters: Mapping[str, str] = NO_LETTERS
+) -> str:
     """Return a sentence with Greek signs for names of quantities, φ for phi, outside LaTeX."""
     # Words that are no names stay
+    said = _Sentence(sentence, names, letters=letters).spell() if letters else sentence
     return _GREEK_WORD.sub(
-        lambda match: f"{GREEK[match[1]]}{match[2]}" if match[0] in names else match[0], sentence
+        lambda match: f"{GREEK[match[1]]}{match[2]}" if match[0] in names else match[0], said
     )
 
 
@@ -149,6 +155,17 @@ class _Sentence:
                 plain = escape(token.text.strip("`"))
                 out += f"\\texttt{{{plain}}}" if code else escape(token.text)
                 at += 1
+        return out
+
+    def spell(self) -> str:
+        """Return the sentence as text, with Greek signs for words that are names."""
+        out = ""
+        for at, token in enumerate(self.tokens):
+            stem, said = token.text.rstrip("'"), token.text
+            if stem in self.letters and self._is_letter(stem, at, within=False):
+                base, *rest = self.letters[stem].partition("_")
+                said = "".join([GREEK.get(base, base), *rest, token.text[len(stem) :]])
+            out += " " * token.apart + said
         return out
 
     def html(self) -> str:
@@ -318,16 +335,27 @@ class _Sentence:
         if bare in GREEK or any(sign in _NAMES or sign in "δ∂" for sign in core):
             return True
         if core in self.names or bare in self.names:
-            # a word that is also a symbol, e.g. arm, is a symbol only within a formula, and where
-            # a book has a letter, as in "the angle yaw"
+            # a word that is also a symbol, e.g. arm, is a symbol only within a formula
             word = core.isalpha() and len(core) > 2 and core[1:].islower() and core not in GREEK
-            called = core in self.letters and self._text(at - 1) in ("angle", "for")
-            return not word or called or self._is_joined(at)
+            return not word or self._is_called(at) or self._is_joined(at)
         if len(bare) == 1 and bare.isascii():
             return True
         if 1 < len(core) < 6 and core.isupper() and core.isalpha():
             return set(core) <= self.points
         return re.fullmatch(r"[A-Za-z]_\w+", core) is not None
+
+    def _is_called(self, at: int) -> bool:
+        """Whether a word is the name of what has a letter, as in "the angles yaw and roll"."""
+        listed = self._text(at) in self.letters
+        while listed and at > 0:
+            at -= 1
+            signed = self._text(at) in _SIGNS and self._apart(at) and not self._apart(at + 1)
+            if self._text(at) in _CALLING or signed or self._text(at - 1) + self._text(at) == "=(":
+                return True
+            while self._text(at) in (",", "and"):
+                at -= 1
+            listed = self._text(at) in self.names
+        return False
 
     def _is_joined(self, at: int) -> bool:
         """Whether a word is an operand, as in sun - arm, or the argument of a function."""

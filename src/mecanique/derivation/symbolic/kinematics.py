@@ -404,7 +404,9 @@ def geometry_stages(kinematics: Kinematics) -> list[Stage]:
             vectors["omega"] = along(axes, spin)
             turns |= any(spin)
             if vectors["omega"] != spin:
-                other = f"those of {call(whose)}, which do not spin with {call(body)}"
+                others = "axes that do not" if mechanism.body(whose).mass == 0 else ""
+                others = others or f"those of {call(whose)}, which do not"
+                other = f"{others} spin with {call(body)}"
                 turned.setdefault(other if fixed else "the body's own", []).append(body)
         for letter, vector in vectors.items():
             results += list_components(f"{letter}_{body}", "xyz", vector.tidy())

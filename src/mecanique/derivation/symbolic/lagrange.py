@@ -197,7 +197,7 @@ def energy_integral(
     sources = ["weights"] if gravity else []
     sources += ["springs"] if any(work.elastic for work in potentials) else []
     sources += [work.name for work in potentials if not work.elastic]
-    idle = "Nothing depends on time, no force "
+    idle = f"Nothing depends on time{',' if ties else ' and'} no force "
     idle += f"but {enumerate_words(sources)} does work" if sources else "does work"
     idle += ", and the constraints do none" if ties else ""
     potential = partial(_write_potential, gravity, works, V)

@@ -23,7 +23,7 @@ _PASSES = 2
 _MOVE, _WORD = 0.6, 12.0
 """Costs of a point of moving and of a square point of another word; a point of a line costs 1."""
 
-_FAINT = {"thin": 0.5, "dashed": 0.5, "axis": 0.4, "hatch": 0.7}
+_FAINT = {"thin": 0.5, "dashed": 0.7, "axis": 0.6, "hatch": 0.7}
 """Cost of a point of a faint line."""
 
 _BEFORE = {"start": 0.0, "middle": 0.5, "end": 1.0}

@@ -2,8 +2,9 @@
 
 A homogeneous disk of mass m and radius R rolls down an incline of slope alpha without slip, upright
 and straight, under gravity g. The generalized coordinates are the distance x that its center has
-moved down the slope, the center's height z above the slope and the angle turn. The incline keeps
-it off by the normal force and turns it by friction: two conditions leave one velocity.
+moved down the slope, the center's height z above the slope and the angle turn about its axis. The
+incline keeps it off by the normal force and turns it by friction: two conditions leave one
+velocity.
 """
 
 import numpy as np

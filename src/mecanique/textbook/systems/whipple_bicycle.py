@@ -2,16 +2,16 @@
 
 A rear frame B with its rider, a fork H that turns in it, and two wheels R and F with sharp edges,
 which roll on level ground without slip, under gravity g; nobody steers. The generalized coordinates
-are the place x, y, z of the rear hub, the angle yaw of the frame's heading, its lean roll to the
-right, its angle pitch, the angle steer of the fork to the right and the turns rear_spin and
-front_spin of the wheels: seven positions and three velocities are independent.
+are the place x, y, z of the rear hub, the angle yaw of the frame's heading, the angle roll of its
+lean to the right, its angle pitch, the angle steer of the fork to the right and the turns rear_spin
+and front_spin of the wheels: seven positions and three velocities are independent.
 
 Standing upright with the rear wheel touching at the origin, the bicycle has the wheelbase w and the
-trail c; the steering axis leans back by tilt. The wheels have the radii rR and rF, the masses mR
-and mF, and moments of inertia IRxx, IFxx about a diameter and IRyy, IFyy about the hub. The centers
-of mass lie xB ahead and zB above, and xH ahead and zH above; their masses are mB and mH, and their
-tensors of inertia IBxx, IByy, IBzz, IBxz and IHxx, IHyy, IHzz, IHxz, the last of each the entry xz
-of the tensor with x ahead and z up.
+trail c; the steering axis leans back by the angle tilt. The wheels have the radii rR and rF, the
+masses mR and mF, and moments of inertia IRxx, IFxx about a diameter and IRyy, IFyy about the hub.
+The centers of mass lie xB ahead and zB above, and xH ahead and zH above; their masses are mB and
+mH, and their tensors of inertia IBxx, IByy, IBzz, IBxz and IHxx, IHyy, IHzz, IHxz, the last of each
+the entry xz of the tensor with x ahead and z up.
 """
 
 from typing import TypeAlias

@@ -12,6 +12,7 @@ from mecanique.derivation import METHODS, derive
 from mecanique.derivation.document import Document
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.printing.letters import letters_of_words
+from mecanique.derivation.printing.prose import spell_greek
 from mecanique.derivation.printing.writers import MathML
 from mecanique.derivation.switching import (
     READABLE,
@@ -68,12 +69,13 @@ def document_of(
     # other methods have reactions among their symbols, which the equations of motion have not
     symbolic = [derived.document for derived in equations if derived.symbolic]
     lists = [derived.symbols() for derived in symbolic]
-    about = mechanism.about.splitlines()
+    names, about = {*mechanism.coordinates, *mechanism.values}, mechanism.about.replace("\n", " ")
+    about = spell_greek(about, names, letters_of_words(mechanism))
     known = entry(mechanism.name) if is_known(mechanism.name) else None
     method = f"{motion.t[-1] - motion.t[0]:g} s by {motion.method}"
     return SceneText(
         subtitle=known.title if known else method,
-        about=symbolic[0].introduction if symbolic else " ".join(about),
+        about=symbolic[0].introduction if symbolic else about,
         source=known.source if known else "",
         figure=_figure(motion),
         symbols=min(lists, key=len) if lists else _symbols_of(mechanism, equations, modes),
