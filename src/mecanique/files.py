@@ -42,12 +42,6 @@ def write_whole(path: Path) -> Iterator[IO[bytes]]:
     """Open a new file that takes a path's place at the end of the block, unless the block raises.
 
     A link is followed; a device or a pipe is written to, as it has no place to take.
-
-    Args:
-        path: its directory must exist.
-
-    Raises:
-        OSError: that names the path, e.g. when the disk is full.
     """
     path = path.resolve() if path.is_symlink() else path
     whole = path.is_file() or not path.exists()

@@ -28,16 +28,7 @@ def list_plugins(group: Group) -> Mapping[str, EntryPoint]:
 
 
 def load_plugin(group: Group, name: str, kind: type[T]) -> T:
-    """Return what an entry point stands for.
-
-    Args:
-        group: its group.
-        name: its name.
-        kind: the type it must be of.
-
-    Raises:
-        InputError: if it cannot be imported, or is something else.
-    """
+    """Return what an entry point stands for."""
     point = list_plugins(group)[name]
     package = point.dist.name if point.dist else point.value
     said = f"{name!r} of mecanique.{group}, which the package {package!r} adds,"

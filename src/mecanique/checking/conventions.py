@@ -64,11 +64,7 @@ class Interpretation:
 
 
 def read_as_usual(text: str, letters: KnownLetters, prompt: Prompt) -> Interpretation:
-    """Return what an answer says, as answers to its question are usually written.
-
-    Raises:
-        FormulaError: if it cannot be read.
-    """
+    """Return what an answer says, as answers to its question are usually written."""
     topic = prompt.topic
     for rewrite in _REWRITINGS.get(topic, (_drop_arguments,)):
         text, letters = rewrite(text, letters, prompt)
@@ -493,16 +489,7 @@ _CHATTER = re.compile(
 
 
 def write_states_out(text: str, rates: Sequence[str], letters: Mapping[str, str]) -> str | None:
-    """Return a program for the rates of a state as equations of motion.
-
-    Args:
-        text: the program.
-        rates: q1', q2' …, the mechanism's velocities.
-        letters: the letters of the mechanism, with their kinds.
-
-    Returns:
-        The equations with the definitions of the program's names; None if it is no such program.
-    """
+    """Return a program for the rates of a state as equations of motion; None if it is none."""
     head = _HEAD.search(text)
     arguments = re.findall(r"[^\W\d]\w*", next(filter(None, head.groups()), "")) if head else []
     state = next((name for name in arguments if name not in ("t", "self")), "")

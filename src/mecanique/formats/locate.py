@@ -28,13 +28,6 @@ def locate(word: str | os.PathLike[str], package_path: PackagePath | None = None
     A word may be a file, a folder with one robot (as in MuJoCo's menagerie), a zip archive, a file
     in one (`robots.zip/arm/arm.urdf`), `package://` or `model://`, or a name of the package
     robot_descriptions, where that is installed.
-
-    Args:
-        word: what names it.
-        package_path: folders to search for packages.
-
-    Raises:
-        InputError: if a folder or archive has no description or several, or is not safe to unpack.
     """
     text, path = os.fspath(word), Path(word)
     if path.is_file() and path.suffix.lower() != ".zip":

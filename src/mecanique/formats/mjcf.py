@@ -154,16 +154,7 @@ and passive forces."""
 
 
 def read_mjcf(path_or_text: str | os.PathLike[str], *, tied: bool = True) -> Mechanism:
-    """Return the mechanism that an MJCF file or text describes.
-
-    Args:
-        path_or_text: the path of the file, or its text.
-        tied: whether joints follow one another, where constraints say so.
-
-    Raises:
-        UrdfError: if it is not well-formed XML.
-        InputError: if it holds what is not read, with its line.
-    """
+    """Return the mechanism that an MJCF file or text describes."""
     file = None if isinstance(path_or_text, str) and "<" in path_or_text else Path(path_or_text)
     with refuse_overflow(file):
         return _Reader(file, tied=tied).read(path_or_text)
@@ -618,15 +609,7 @@ class _Reader(Source):
     def _fill(
         self, element: Element, link: _Link, inherited: str, shift: Array, place: Array
     ) -> None:
-        """Read what stands in a body into its link, then the bodies inside.
-
-        Args:
-            element: of the body.
-            link: its link.
-            inherited: its class of defaults.
-            shift: pose of the body's frame in the link's.
-            place: origin of the body's frame in its parent's.
-        """
+        """Read what stands in a body into its link, then the bodies inside."""
         parts: list[Mass] = []
         inside: list[tuple[Element, str, Array]] = []
         contents = [*self._contents(element, inherited, shift)]
@@ -728,15 +711,7 @@ class _Reader(Source):
     def _joint(
         self, element: Element, inherited: str, frame: Array, ends: tuple[str, str], pose: Array
     ) -> Array:
-        """Add a joint, and return the pose of the body's frame in that of the joint's child.
-
-        Args:
-            element: of the joint.
-            inherited: its class of defaults.
-            frame: the frame in the body in which it stands.
-            ends: what it moves against, and what it moves.
-            pose: of the body's frame in the parent before the joint moves.
-        """
+        """Add a joint, and return the pose of the body's frame in that of the joint's child."""
         parent, child = ends
         kind = "freejoint" if element.tag == "freejoint" else "joint"
         texts = self._resolve(element, kind, inherited)

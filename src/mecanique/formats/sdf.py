@@ -173,16 +173,7 @@ class _Joint:
 def read_sdf(
     path_or_text: str | os.PathLike[str], package_path: PackagePath | None = None
 ) -> Mechanism:
-    """Return the mechanism that an SDF file or text describes.
-
-    Args:
-        path_or_text: the path of the file, or its text.
-        package_path: folders to search for models and packages.
-
-    Raises:
-        UrdfError: if it is not well-formed XML.
-        InputError: if it holds what is not read, with its line.
-    """
+    """Return the mechanism that an SDF file or text describes."""
     file = None if isinstance(path_or_text, str) and "<" in path_or_text else Path(path_or_text)
     with refuse_overflow(file):
         return _Reader(file, package_path).read(path_or_text)

@@ -86,9 +86,6 @@ def mesh_of(corners: Corners, rule: Rule) -> Mass:
 
     `legacy` counts every pyramid over a face as positive, its apex first in the center of the
     faces, then in the center of mass that follows: not the true volume of a body with hollows.
-
-    Raises:
-        InputError: if it has no volume, or its faces do not agree on what is outside.
     """
     if rule == "convex":
         corners = hull_of(corners.reshape(-1, 3))
@@ -166,11 +163,7 @@ def faces_of(points: Array, faces: NDArray[np.int64]) -> Corners:
 
 
 def read_solid(path: Path) -> Corners:
-    """Return the triangles of a mesh file as MuJoCo reads it: in single precision.
-
-    Raises:
-        InputError: if there is no such file, or it is not read.
-    """
+    """Return the triangles of a mesh file as MuJoCo reads it: in single precision."""
     readers: dict[str, Callable[[bytes], Corners]] = {
         ".stl": lambda data: read_stl(data)[0].corners,
         ".obj": _read_first_object,

@@ -182,16 +182,7 @@ class Source:
         damping: Array,
         factor: float = 1.0,
     ) -> None:
-        """Add spring and damper in a joint: Σ kₙ xⁿ⁺¹ beyond two ends, and Σ cₙ |v|ⁿ v.
-
-        Args:
-            name: before the names of both.
-            joint: its name.
-            stiffness: shape (3,), of x and its powers.
-            ends: between which no spring pulls, shape (2,).
-            damping: shape (3,).
-            factor: by which x is the joint's coordinate.
-        """
+        """Add spring and damper in a joint: Σ kₙ xⁿ⁺¹ beyond two ends, and Σ cₙ |v|ⁿ v."""
         powers = np.arange(2, 5)
         stiffness, damping = stiffness * factor**powers, damping * abs(factor) ** powers
         low, high = sorted((ends / factor).tolist())

@@ -39,14 +39,6 @@ def from_quaternion(given: np.ndarray, order: str | None) -> np.ndarray:
     return np.roll(unit, -1, axis=-1) if _check_order(order) == "wxyz" else unit
 
 
-def to_quaternion(orientation: np.ndarray, order: str | None) -> np.ndarray:
-    """Return quaternions in an order, of quaternions (x, y, z, w), shape (…, 4).
-
-    Shapes: orientation (…, 4).
-    """
-    return np.roll(orientation, 1 if _check_order(order) == "wxyz" else 0, axis=-1)
-
-
 def from_euler(angles: np.ndarray, sequence: str | None) -> np.ndarray:
     """Return quaternions (x, y, z, w), shape (…, 4), of Euler angles in a stated sequence.
 
@@ -139,7 +131,7 @@ class FloatingState:
         Raises:
             InputError: if there is no such order.
         """
-        return to_quaternion(self.orientation, order)
+        return np.roll(self.orientation, 1 if _check_order(order) == "wxyz" else 0, axis=-1)
 
     def euler(self, sequence: str) -> np.ndarray:
         """Return the Euler angles of a sequence, shape (3,) [rad].

@@ -100,7 +100,11 @@ def make_exercise(
             f"no exercise about the {ask} of {system!r}: {verdict.form or 'it is not determined'}"
         )
     statement = card.statement.partition("\n")[2].strip()
-    given = _write_data(mechanism)
+    given = ", ".join(
+        f"{p.symbol} = {p.value:g}{f' {p.unit}' if p.unit != '1' else ''}"
+        + (f" ({p.meaning})" if p.meaning else "")
+        for p in mechanism.parameters
+    )
     problem = "\n\n".join(
         part
         for part in (
@@ -178,11 +182,3 @@ def _turn(mechanism: Mechanism, draw: random.Random) -> tuple[Mechanism, str]:
         f"way round than {chosen} above."
     )
     return replace(mechanism, coordinates=turned), note
-
-
-def _write_data(mechanism: Mechanism) -> str:
-    return ", ".join(
-        f"{p.symbol} = {p.value:g}{f' {p.unit}' if p.unit != '1' else ''}"
-        + (f" ({p.meaning})" if p.meaning else "")
-        for p in mechanism.parameters
-    )

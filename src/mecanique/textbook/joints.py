@@ -52,11 +52,7 @@ def _at(point: Vector) -> Placement:
 
 
 def slides(center: str) -> Led:
-    """Return the slides x, y and z that lead a body from the ground.
-
-    Args:
-        center: name of the body.
-    """
+    """Return the slides x, y and z that lead a body from the ground."""
     return (
         Prismatic("slide_x", "ground", "along_x", axis=(1, 0, 0), coordinate="x"),
         Prismatic("slide_y", "along_x", "along_y", axis=(0, 1, 0), coordinate="y"),
@@ -71,15 +67,7 @@ def hinges(
     names: tuple[str, str, str] = ("turn", "side", "nod"),
     angles: tuple[str, str, str] = ("yaw", "roll", "pitch"),
 ) -> Led:
-    """Return the hinges by which a body turns: about the vertical, ahead and across.
-
-    Args:
-        center: name of the body that does not turn.
-        leaning: name of the body that has turned twice.
-        body: name of the body that has turned three times.
-        names: of the hinges.
-        angles: names of their coordinates.
-    """
+    """Return the hinges by which a body turns: about the vertical, ahead and across."""
     first, side, nod = names
     yaw, roll, pitch = angles
     return (

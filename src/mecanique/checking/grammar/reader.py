@@ -498,9 +498,6 @@ def eliminate(text: str, letters: KnownLetters, error: FormulaError) -> ReadText
 
     Those who cut bodies free write forces between them, as in m1 g - T = m1 x''. Each letter
     must stand linearly in two equations at least, so that none of these is left out unread.
-
-    Raises:
-        FormulaError: the given one, if the letters cannot be eliminated.
     """
     names = [*error.unknown]
     if len(names) > _MOST_ELIMINATED or len({name.rstrip("'") for name in names}) < len(names):

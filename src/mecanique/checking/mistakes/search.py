@@ -1114,7 +1114,7 @@ class Search:
             left = np.abs(given + more[:, None] * part)
             # where nothing is left, terms of this size have cancelled up to rounding
             allowed = ALIKE * (np.abs(given) + np.abs(part)) + _SAME_TERMS * size
-            agree = (left <= allowed).all() and _are_equal(more)
+            agree = (left <= allowed).all() and bool(np.ptp(more) <= ALIKE * np.abs(more).max())
             mistake = share.say(1 + float(more.mean())) if agree else None
             if mistake is not None:
                 yield mistake
@@ -1200,10 +1200,6 @@ def _solve(rows: Array, right: Array) -> Array | None:
     terms = rows * solution[:, None]
     agree = np.abs(terms.sum(axis=2) - right) <= ALIKE * (np.abs(terms).sum(axis=2) + np.abs(right))
     return solution if agree.all() else None
-
-
-def _are_equal(values: Array) -> bool:
-    return bool(np.ptp(values) <= ALIKE * np.abs(values).max())
 
 
 def _alike(given: Array, true: Array) -> bool:

@@ -152,13 +152,7 @@ class Laws:
         return solve(terms, self.elements, mode, drive, self.permanent)
 
     def along_slip(self, terms: Terms, mode: Mode, rounding: float = 0.0) -> Mode:
-        """Return the mode with the directions of slip in space that the state has.
-
-        Args:
-            terms: those of the state.
-            mode: with the directions from which slip did not turn far.
-            rounding: speeds up to this have no direction.
-        """
+        """Return the mode with the directions of slip in space that the state has."""
         if not any(state.name == SLIPS for state in mode):
             return mode
         states = []
@@ -205,15 +199,7 @@ class Laws:
         forbidden: frozenset[tuple[int, str]] = frozenset(),
         ended: frozenset[Mode] = frozenset(),
     ) -> list[ModeSolution]:
-        """Return every mode that may follow in a state, by distinct accelerations.
-
-        Args:
-            terms: those of the state.
-            touching: whether the gap of each element is closed.
-            still: speeds up to this are none.
-            forbidden: elements and states that end here.
-            ended: modes that end as a whole, as their elements share their forces.
-        """
+        """Return every mode that may follow in a state, by distinct accelerations."""
         choices, near, beginning = [], set[int](), set[int]()
         for k, element in enumerate(self.elements):
             states = self.candidates(terms, element, touching[k], still)
@@ -349,16 +335,7 @@ class Laws:
         beginning: Collection[int],
         still: float,
     ) -> bool:
-        """Return whether what a mode presupposes is so.
-
-        Args:
-            terms: those of the state.
-            solution: of the mode.
-            drive: what it was solved for.
-            near: elements whose gap must not become smaller if they are open.
-            beginning: elements whose slip, if any, begins here.
-            still: speeds up to this are none.
-        """
+        """Return whether what a mode presupposes is so."""
         J, a, forces = terms.jacobian, solution.a, solution.forces
         gained = J @ a - drive.wanted
         # sizes of what is added up in each row: differences below a part of them are rounding

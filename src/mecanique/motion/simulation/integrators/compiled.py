@@ -68,9 +68,7 @@ def integrate_in_c(
     steps.add(problem.t0, problem.start, task.rhs(problem.t0, problem.start))
     outcome: Outcome | None = None
     occurrences: tuple[Occurrence, ...] = ()
-    crosses, leaping = _never, False
-    if isinstance(equations, ClosedProgram):
-        crosses = equations.crosses_at
+    leaping = False
     try:
         while outcome is None:
             before = len(steps.t) - 1
@@ -82,7 +80,9 @@ def integrate_in_c(
             under_way = outcome is None and march.t < problem.end
             if under_way and look is not None and look(steps.taken, march.t):
                 outcome = Outcome("reconsider")
-            if outcome is None and reason == "near" and not leaping and crosses(march.t, march.y):
+            near = outcome is None and reason == "near" and not leaping
+            state = march.t, march.y
+            if near and isinstance(equations, ClosedProgram) and equations.crosses_at(*state):
                 leaping = True
                 march.leap(LEAP)
             elif outcome is None and reason in ("near", "past"):
@@ -104,10 +104,6 @@ def integrate_in_c(
         rtol=rtol,
         course=partial(run.sample, steps, outcome, occurrences),
     )
-
-
-def _never(t: float, y: np.ndarray) -> bool:
-    return False
 
 
 def _find_end_of_chart(problem: Problem, steps: Steps, first: int, reason: str) -> int | None:
