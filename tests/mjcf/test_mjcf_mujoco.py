@@ -725,6 +725,17 @@ def expect_the_same(mechanism: mq.Mechanism, text: str) -> None:
         close(np.asarray(alone) - total, passive, mass)
 
 
+def test_the_pull_of_contacts_is_told_and_compared_with_nothing() -> None:
+    """MuJoCo counts it among the passive forces, where geoms are near enough."""
+    ball = '<geom size="0.5" adhesion="1.5" gap="0.1"/>'
+    text = world(f'{ball}<body pos="0.1 0 0">{HINGE}{ball}</body>')
+    mechanism = mq.read(text)
+    assert "pulls of contacts (2)" in mechanism.about
+    (reading,) = read_by(mechanism, ("mujoco",), 0)
+    assert reading.worst is not None
+    assert reading.worst < 1e-12
+
+
 def test_the_spring_of_a_ball_rests_where_it_is_not_turned() -> None:
     text = body(
         '<joint type="ball" stiffness="3"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'

@@ -902,6 +902,7 @@ class _Reader(Source):
         form = "mesh" if form == "sdf" and "mesh" in texts else form
         if texts.number("contype", 1) or texts.number("conaffinity", 1):
             self.omitted["contacts of geoms"] += 1
+            self.omitted["pulls of contacts"] += "adhesion" in texts
         model = self._models[texts.element.model]
         low, high = self._set_in(texts.element).numbers("inertiagrouprange", (0, 5))
         counts = counts and low <= texts.number("group", 0) <= high

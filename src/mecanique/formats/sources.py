@@ -264,7 +264,7 @@ class Source:
 
     def describe(self, bodies: Sequence[Body], *more: str) -> str:
         """Say what was left out, how much of it, and what else is to be known."""
-        omitted = [f"{what} ({count})" for what, count in sorted(self.omitted.items())]
+        omitted = [f"{what} ({count})" for what, count in sorted((+self.omitted).items())]
         if self.rubbing:
             omitted.append(f"dry friction of {', '.join(self.rubbing)}")
         said = [f"Read from {self._format}, without {', '.join(omitted)}."] if omitted else []

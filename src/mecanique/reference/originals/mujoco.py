@@ -50,6 +50,8 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
     except (ValueError, RuntimeError) as error:
         raise EngineError(" ".join(str(error).split())) from None
     model.opt.gravity = gravity
+    # contacts are left out, whose pull MuJoCo counts among the passive forces
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     data = mujoco.MjData(model)
     joints = [*_joints(model)]
     rest = np.zeros(model.nq)  # where all coordinates of hinges and slides are zero
