@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.linalg import solve
+from sympy import Symbol, prod
 
 import mecanique as mq
 from mecanique.derivation.mechanics.letters import Letters
@@ -32,6 +34,7 @@ from mecanique.derivation.mechanics.switching import (
     solve_held,
 )
 from mecanique.derivation.printing.writers import Text
+from mecanique.derivation.switching import _Cosines
 from mecanique.derivation.tolerances import CLOSED_GAP
 from mecanique.program.evaluation import evaluate
 from mecanique.program.traced import values_of
@@ -455,3 +458,19 @@ def test_corners_that_slip_alike_are_never_in_different_states() -> None:
     for mode in mq.derive_modes(mq.textbook.load("rocking_block")).modes:
         both = set(mode.states.values())
         assert (mode.conditions == never) == (len(both) == 2 and "open" not in both)
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3, 4, 5])
+def test_products_of_components_of_a_quaternion_are_sums_of_cosines(degree: int) -> None:
+    """4 x w = A_32 − A_23 and its like, of any degree: an odd one leaves a component."""
+    free = mq.Spherical("s", "ground", "ball")
+    pair = mq.Body("ground"), mq.Body("ball", mq.ball(1.0, 0.1))
+    cosines = _Cosines(mq.Mechanism("ball", pair, (free,)))
+    letters = [Symbol(name) for name in free.quaternion or ()]
+    turn = np.random.default_rng(degree).normal(size=4)
+    at = dict(zip(letters, (turn / np.linalg.norm(turn)).tolist(), strict=True))
+    values = at | {name: float(formula.subs(at)) for name, formula in cosines.meanings.items()}
+    for chosen in combinations_with_replacement(letters, degree):
+        written = cosines.write(prod(chosen))
+        assert len(written.free_symbols & {*letters}) <= degree % 2
+        assert float(written.subs(values)) == pytest.approx(float(prod(chosen).subs(at)), abs=1e-14)

@@ -12,7 +12,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.derivation.mechanics.loops import label_rows, sense
-from mecanique.derivation.numeric.constraints.rows import Held
+from mecanique.derivation.numeric.constraints.rows import Constraints, Held
 from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.tree.poses import combination, origin
@@ -304,3 +304,22 @@ def test_a_loop_that_is_closed_half_a_turn_off_is_told_by_its_sense(angle: float
     assert sense(hinge, ground) == pytest.approx(c, abs=1e-15)
     assert sense(weld, ground) == pytest.approx(2 * c, abs=1e-15)
     assert sense(mq.Loop.ball("p", "a", (0, 0, 0), "b", (0, 0, 0)), ground) is None
+
+
+@pytest.mark.parametrize("kind", ["pin", "plate", "ball", "distance"])
+def test_rates_of_rows_count_what_time_moves(kind: str) -> None:
+    """Φ' = J v + ∂Φ/∂t at any state, closed or open, where time leads the rocker."""
+    free = linkage(kind, offset=(0.3, -0.2, 0.5))
+    names = tuple(name for name in free.coordinates if name != "psi")
+    led = {"psi": 1.5 + 0.4 * mq.sin(3 * mq.time())}
+    mechanism = replace(free, coordinates=mq.Coordinates(names, led))
+    random, held = np.random.default_rng(4), Held(mechanism)
+    q, v = random.uniform(-1, 1, (2, len(names)))
+
+    def at(step: float) -> Constraints:
+        return held.at(States.of(mechanism, q + step * v, v, 0.7 + step))
+
+    here, h = at(0.0), 1e-5
+    moved = (at(h).residual - at(-h).residual) / (2 * h)
+    np.testing.assert_allclose(here.rates, moved, rtol=0, atol=1e-9)
+    assert np.abs(here.rates - (here.jacobian @ v)).max() > 0.1

@@ -56,6 +56,22 @@ def test_a_chart_guides_nothing() -> None:
     assert guides_of(mq.textbook.load("particle_on_circle_x")) == ()
 
 
+def test_where_a_map_has_no_slope_near_the_neutral_position_its_letters_tie() -> None:
+    """x = √(q - 5) begins at q = 5; y follows nothing."""
+    names = ("q", "x", "y")
+    mechanism = mq.Mechanism(
+        "far",
+        (mq.Body("ground"), *(mq.Body(f"sled {name}", mq.ball(1.0, 0.1)) for name in names)),
+        tuple(
+            mq.Prismatic(name, "ground", f"sled {name}", axis=(1, 0, 0), coordinate=name)
+            for name in names
+        ),
+        coordinates=mq.Coordinates(("q", "y"), {"x": mq.sqrt(mq.coordinate("q") - 5)}),
+    )
+    (guide,) = guides_of(mechanism)
+    assert guide.coordinates == ("q", "x")
+
+
 def test_a_guide_reaches_the_bodies_between_its_joints_and_no_others() -> None:
     (guide,) = guides_of(gripper())
     assert guide.crossed == ("left", "right")

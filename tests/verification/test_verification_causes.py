@@ -909,3 +909,16 @@ def test_a_mistake_beside_one_that_changes_everything_is_named_too(large: str) -
     assert (kind, f"joint {name!r}") in named
     assert len(named) == 2
     assert cause.removes
+
+
+def test_axes_that_are_all_reversed_are_named_together() -> None:
+    """Positions, rates and forces change their signs at once; any two of them explain nothing."""
+    arm = mq.textbook.load("two_link_arm")
+    reversed_arm = arm
+    for joint in arm.joints:
+        assert isinstance(joint, mq.Revolute)
+        x, y, z = joint.axis
+        reversed_arm = reversed_arm.with_joint(joint.name, axis=(-x, -y, -z))
+    verdict = mq.verify(arm, against=reversed_arm, samples=10)
+    causes = {(cause.kind, cause.where): cause.after for cause in verdict.causes}
+    assert causes["axis sign", ""] < 1e-13

@@ -14,7 +14,7 @@ from click.testing import CliRunner
 
 import mecanique as mq
 from mecanique.cli import app
-from mecanique.verification.diff import vector_slip
+from mecanique.verification.diff import _pair_elements, vector_slip
 from mecanique.verification.verdict import Change
 
 ARM = """<robot name="arm">
@@ -296,3 +296,18 @@ def test_another_kind_of_joint_is_told_before_anything_else_about_it() -> None:
         '<joint name="elbow" type="revolute">', '<joint name="elbow" type="prismatic">'
     )
     assert [str(change) for change in changes] == ["joint 'elbow': type revolute → prismatic"]
+
+
+def test_elements_are_paired_by_name_then_by_kind_in_order() -> None:
+    def rows(*names: str) -> list[mq.Spring | mq.Damper]:
+        ends = ("ground", (0, 0, 0), "b", (0, 0, 0), 1.0)
+        kinds: list[type[mq.Spring | mq.Damper]] = [
+            mq.Damper if name.startswith("d") else mq.Spring for name in names
+        ]
+        return [kind(name, *ends) for kind, name in zip(kinds, names, strict=True)]
+
+    pairs = _pair_elements(rows("a", "d1", "b", "c", "e"), rows("c", "x", "y", "d2", "d3"))
+    assert [tuple(part and part.name for part in pair) for pair in pairs] == [
+        *(("c", "c"), ("a", "x"), ("d1", "d2"), ("b", "y")),
+        *(("e", None), (None, "d3")),
+    ]

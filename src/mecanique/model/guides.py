@@ -17,6 +17,7 @@ wall finds places, axes and work by its own means.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -129,16 +130,14 @@ def _slopes(mechanism: Mechanism, names: tuple[str, ...]) -> np.ndarray:
             "t": near,
         }
         slopes = dict(zip(coordinates, np.eye(len(coordinates)), strict=True))
-        try:
+        with suppress(ArithmeticError, TypeError, ValueError), np.errstate(all="ignore"):
             for name, law, partial in chain:
                 at[name] = evaluate(law, at)
                 parts = (evaluate(s, at) * slopes[x] for x, s in partial.items() if x in slopes)
                 slopes[name] = sum(parts, np.zeros(len(coordinates)))
-        except (ArithmeticError, TypeError, ValueError):
-            continue
-        matrix = np.array([slopes[name] for name in names])
-        if np.isfinite(matrix).all():
-            return matrix
+            matrix = np.array([slopes[name] for name in names])
+            if np.isfinite(matrix).all():
+                return matrix
     # where no position will do, which coordinates meet must do
     matrix = np.zeros((len(names), len(coordinates)))
     for k, name in enumerate(names):
