@@ -153,6 +153,19 @@ def test_equations_may_be_joined_in_one_line(between: str) -> None:
 
 
 @pytest.mark.parametrize(
+    "text",
+    [
+        "“q'' = -3 g/(2 l) sin q”,",
+        "„q” + 3 g/(2 l) sin q = 0“\r\n",
+        "\"q'' = -3 g/(2 l) sin q\".",
+        '«q" + 3 g/(2 l) sin q = 0»',
+    ],
+)
+def test_quotation_marks_around_a_line_are_no_primes(text: str) -> None:
+    assert mq.check(mq.textbook.load("rigid_bar_pendulum"), text).right
+
+
+@pytest.mark.parametrize(
     ("text", "notes"),
     [
         ("1.0 q'' + 1,5 g/l sin q = 0", None),

@@ -51,6 +51,9 @@ _RAISED = dict(zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-", strict=True)
 _LOWERED = dict(zip("₀₁₂₃₄₅₆₇₈₉", "0123456789", strict=True))
 _DOTS = {"\u0307": "'", "\u0308": "''", "\u20db": "'''"}
 
+_QUOTED = re.compile(r"^([^\S\n]*)[\"“„«](.*?)[\"”“»]([ \t\r.,;]*)$", re.MULTILINE)
+"""A line in quotation marks; without a letter before it, the first of them is no prime."""
+
 _NUMBERED = re.compile(r"^[^\S\n]*\(?(\d{1,2})\)[^\S\n]+(?=\S)", re.MULTILINE)
 _FONTS = r"math(?:rm|it|bf|sf|bb|cal|ord)|text(?:rm|bf|it)?|operatorname\*?|boldsymbol|bm|vec"
 _BOX = re.compile(rf"\\(?:boxed|fbox|ensuremath|{_FONTS})\s*\{{")
@@ -597,7 +600,7 @@ class Scanner:
         self._depth = 0
         self._arrays: list[bool] = []
         self._text = text
-        self._placed = PlacedText.of(text)
+        self._placed = PlacedText.of(_QUOTED.sub(r"\1 \2 \3", text))
         self._set_labels_aside()
         self._set_remarks_aside()
         self._placed.rewrite()
