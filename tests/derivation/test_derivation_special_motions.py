@@ -45,6 +45,13 @@ def test_one_coordinate_has_its_linear_equation_and_frequency(
     assert lines(name, "Small motions") == expected
 
 
+def test_what_is_damped_does_not_move_with_the_natural_frequency() -> None:
+    """Den Hartog, sect. 2.6: u = exp(-zeta omega t) cos(omega sqrt(1 - zeta^2) t)."""
+    damped = answers(mq.textbook.load("base_excited_mass"))["Small motions"].sentence
+    assert "it does with omega sqrt(1 - zeta^2) where zeta < 1" in damped
+    assert "exp(-zeta omega t)" in damped
+
+
 def test_coupled_pendulums_have_their_modes() -> None:
     """In phase as one alone, against each other with the spring (French, Vibrations, ch. 5)."""
     ending = answers(mq.textbook.load("coupled_pendulums"))["Small motions"]

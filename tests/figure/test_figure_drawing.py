@@ -475,6 +475,18 @@ def test_angles_that_nothing_depends_on_are_drawn_turned() -> None:
     assert {"α", "θ", "φ", "r"} <= words  # as in the equations, of yaw, lean and spin
 
 
+@pytest.mark.parametrize(
+    ("name", "body"), [("rolling_coin", "coin"), ("two_wheeled_cart", "left_wheel")]
+)
+def test_a_height_is_measured_beside_what_is_carried(name: str, body: str) -> None:
+    """The center of a coin is carried by slides of which nothing is drawn."""
+    shown = seen(name)
+    (height,) = (
+        mark for mark in coordinates(shown) if isinstance(mark, Words) and mark.parts == rich("z")
+    )
+    assert height.at[0] > shown.paper(body)[:, 0].max()
+
+
 def test_angles_that_are_zero_have_their_arcs_too() -> None:
     """Of the bicycle, upright and straight, whose equations are those of roll and steer."""
     marks = [mark for mark in coordinates(seen("whipple_bicycle")) if isinstance(mark, Words)]
