@@ -99,10 +99,8 @@ def test_long_labels_stand_above_what_they_mean() -> None:
 def test_the_list_says_what_coordinates_are_and_sets_no_initials_as_letters() -> None:
     written = write_recursion(derive(textbook.load("whipple_bicycle")))
     latex, page = written.latex(), written.mathml()
-    assert (
-        "\\item[{\\normalfont $\\text{yaw}$}] angle of the frame from the $x$ axis, positive"
-        in latex
-    )
+    said = "angle of the frame from the $x$ axis, positive"
+    assert f"\\item[{{\\normalfont $\\alpha$}}] {said}" in latex
     assert "generalized velocity" not in latex
     for text in (latex, page):
         assert "Source: F. J. W. Whipple, Q. J. Pure Appl. Math." in text

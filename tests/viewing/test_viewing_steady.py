@@ -22,8 +22,8 @@ def test_the_bicycle_has_its_linear_equations_above_the_exact_ones(
         "exact",
     ]
     assert not shown[0].listed
-    assert "M_{11} \\, \\ddot{\\text{roll}}" in shown[0].latex
-    assert "v C_{1,12} \\, \\dot{\\text{steer}}" in shown[0].latex
+    assert "M_{11} \\ddot{\\phi}" in shown[0].latex
+    assert "v C_{1,12} \\dot{\\delta}" in shown[0].latex
     page = write_equations(SceneText(derivations=tuple(shown)))
     assert "would be too long" not in page
     assert page.index("Equations of motion") < page.index("Small deviations")
