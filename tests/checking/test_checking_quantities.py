@@ -118,6 +118,8 @@ JUDGED = (
         "wrong",
         "it is that with q held at rest",
     ),
+    (ROD, "2 pi sqrt(2 l/(3 g))", "frequency", "wrong", "a period is taken for a frequency"),
+    (ROD, "T = sqrt(3 g/(2 l))", "period", "wrong", "a period is taken for a frequency"),
     ("simple_pendulum", "m l q'^2/2", "kinetic energy", "wrong", "the quantity in question in N·m"),
     ("simple_pendulum", "p = m l q'", "momentum of q", "wrong", "'p' is in N·m·s"),
     (

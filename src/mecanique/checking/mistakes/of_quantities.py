@@ -693,6 +693,8 @@ def _other_measures(
             yield 1.2, what, {name: value * scale for name, value in right.items()}
     square = measure(omega**2, letters)
     yield 0.7, "the square root is missing: it is omega^2", square
+    turned = {name: 2 * np.pi / value for name, value in right.items()}
+    yield 0.7, "a period is taken for a frequency, or the reverse: T = 2 pi/omega", turned
     for inverse in (
         {name: 1 / value for name, value in right.items()},
         measure(1 / omega, letters),
