@@ -173,6 +173,23 @@ def test_urdf_prints_or_writes_a_file_that_reads_back() -> None:
     assert "agrees" in fine("verify", "cart.urdf", "--samples", "5")
 
 
+def test_convert_tells_what_of_a_urdf_is_in_no_mechanism(tmp_path: Path) -> None:
+    urdf, shape = tmp_path / "arm.urdf", "<geometry><box size='1 1 1'/></geometry>"
+    inertia = "<mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/>"
+    urdf.write_text(
+        f"""<robot name="arm"><link name="base"/>
+<link name="arm"><inertial>{inertia}</inertial>
+<collision>{shape}</collision><collision>{shape}</collision></link>
+<joint name="j" type="continuous">
+<parent link="base"/><child link="arm"/><axis xyz="0 1 0"/></joint>
+<transmission name="t"><joint name="j"/></transmission></robot>"""
+    )
+    result = CliRunner().invoke(app, ["convert", str(urdf), "-o", str(tmp_path / "arm.xml")])
+    assert result.exit_code == 0, result.output
+    without = "<collision> (2, first on line 3), <transmission> (1, first on line 6)"
+    assert f"Read from URDF, without {without}." in result.output
+
+
 def test_simulate_prints_a_summary_and_writes_the_motion() -> None:
     words = (
         "simulate",

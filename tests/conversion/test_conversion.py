@@ -151,8 +151,12 @@ def test_a_share_of_the_weight_may_be_taken_off_a_body() -> None:
     center = mechanism.bodies[1].center
     lift = mq.Force("lift", "a", center, (-1.0, 0.0, 3.0))  # half of its weight
     lifted = replace(mechanism, forces=(*mechanism.forces, lift))
-    assert mq.convert(lifted, "URDF", states=5).lost == ("load lift: URDF states no such force",)
-    assert mq.convert(lifted, "SDF", states=5).lost == ("load lift: SDF states no such force",)
+    assert mq.convert(lifted, "URDF", states=5).lost == (
+        "load lift: no such force is written to URDF",
+    )
+    assert mq.convert(lifted, "SDF", states=5).lost == (
+        "load lift: no such force is written to SDF",
+    )
     conversion = mq.convert(lifted, "MJCF", states=5)
     assert conversion.proved, str(conversion)
     assert 'gravcomp="0.5"' in conversion.text
@@ -334,7 +338,7 @@ def test_a_result_that_is_not_read_again_is_told_from_the_source() -> None:
 def test_what_is_lost_is_listed() -> None:
     conversion = mq.convert(mq.textbook.load("cart_pole"), "MJCF", states=5)
     thin = "1 body without inertia about an axis: MuJoCo refuses them, each has 2e-15 kg·m² more"
-    assert conversion.lost == ("load push: MJCF states no such force", thin)
+    assert conversion.lost == ("load push: no such force is written to MJCF", thin)
     assert "MJCF cannot express: load push" in str(conversion)
     assert conversion.proved, str(conversion)
 

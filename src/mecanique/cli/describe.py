@@ -167,6 +167,7 @@ def convert(chosen: Chosen, output: Path) -> None:
     The exit code is 1 if the result differs, or an engine refuses it.
     """
     from mecanique.formats.scope import SCOPES
+    from mecanique.urdf.read import say_unread
 
     forms = {suffix: form for form, scope in SCOPES.items() for suffix in scope.suffixes}
     form = forms.get(output.suffix.lower())
@@ -176,6 +177,9 @@ def convert(chosen: Chosen, output: Path) -> None:
     write_text(output, conversion.text)
     say(str(conversion))
     chosen.tell_omissions()
+    origin = chosen.mechanism.origin
+    if origin is not None and origin.form == "URDF" and (unread := say_unread(origin)):
+        inform(unread)
     inform(f"Wrote {output}")
     if conversion.differs:
         raise Exit(1)

@@ -117,7 +117,7 @@ def _losses(mechanism: Mechanism, scope: Scope) -> Iterator[str]:
         if not isinstance(force, scope.forces):
             share = lifted_share(mechanism, force)
             if share is None or scope.lifts == "none" or (scope.lifts == "whole" and share != 1):
-                yield f"{force.kind} {force.name}: {form} states no such force"
+                yield f"{force.kind} {force.name}: no such force is written to {form}"
         elif form == "URDF" and isinstance(force, Spring):
             if mechanism.evaluate(force.free_length) > 0:
                 continue

@@ -23,9 +23,10 @@ from mecanique.model.joints import Floating, Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Origin
 from mecanique.model.placement import vector
-from mecanique.urdf.dialect import SCREW, WORLD
+from mecanique.urdf.dialect import ACTUATOR_INERTIA, SCREW, WORLD
 from mecanique.urdf.findings import Report
 from mecanique.urdf.names import Names
+from mecanique.urdf.parse import parse
 from mecanique.urdf.reading.document import Source, UrdfDocument, read_document
 from mecanique.urdf.reading.letters import with_armature, with_letters, with_properties
 from mecanique.urdf.reading.native_tags import in_coordinates
@@ -35,6 +36,28 @@ from mecanique.urdf.toml_loops import with_loops
 
 GRAVITY = (0.0, 0.0, -9.81)
 """Acceleration of free fall that a URDF does not state [m/s²]."""
+
+
+_UNREAD = (
+    "collision",
+    "transmission",
+    "safety_controller",
+    "calibration",
+    "gazebo",
+    "ros2_control",
+)
+
+
+def say_unread(origin: Origin) -> str:
+    """Say which elements of a URDF are in no mechanism, and on which line the first stands."""
+    robot = parse(origin.text, Report(origin.file))
+    lines: dict[str, list[int]] = {}
+    for element in robot.walk() if robot else ():
+        rotors = any(inner.tag == ACTUATOR_INERTIA for inner in element.walk())
+        if element.tag in _UNREAD and not rotors:
+            lines.setdefault(element.tag, []).append(element.line)
+    said = (f"<{tag}> ({len(at)}, first on line {at[0]})" for tag, at in lines.items())
+    return f"Read from URDF, without {', '.join(said)}." if lines else ""
 
 
 def read_urdf(

@@ -750,14 +750,14 @@ def _piece(
         turning = None if mechanism.loops else _turn_about_joint(right, mechanism, piece)
         # what is dropped of a body whose center is in its joint may as well be a term
         likely = 0.8 if turning else 1.15
-        if not (turning or mechanism.loops):
-            about = unmoved
+        kind = "parallel axis" if turning or mechanism.loops else "missing"
+        about = about if kind != "missing" else unmoved
         turning = turning or moving
         mistakes += [
             ("inertia", 1.0, f"{own} is missing (as for a particle)", particle),
             # a named body says more than a term that "should be 4/5 times as large"
             ("inertia", 1.3, f"{own} is counted twice", terms.plus(terms.plus(particle, -1))),
-            ("parallel axis", likely, about, terms.plus(turning, -1)),
+            (kind, likely, about, terms.plus(turning, -1)),
             ("parallel axis", likely + 0.1, steiner, terms.plus(turning)),
         ]
         usual = _ROUND.get(shape.form)
@@ -780,7 +780,7 @@ def _piece(
         if any(plain(x) for x in shape.center):
             mistakes += _at_end(right, mechanism, piece, (particle, still))
     else:
-        mistakes.append(("parallel axis", 1.15, unmoved, terms.plus(moving, -1)))
+        mistakes.append(("missing", 1.15, unmoved, terms.plus(moving, -1)))
         if shape.form == "particle" and not mechanism.constrained:
             mistakes += _as_body(right, mechanism, piece)
     yield from mistakes
