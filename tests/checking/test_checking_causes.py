@@ -44,7 +44,7 @@ MISTAKES = (
     (
         "screw_press",
         "m R^2/2 theta'' = D + (m + M) g p",
-        "parallel axis",
+        "missing",
         "motion of the center of each",
     ),
     ("cart_pole", CART + POLE.replace("+ g", "- g"), "sign", "gravity is wrong"),
