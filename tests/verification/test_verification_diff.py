@@ -14,7 +14,7 @@ from click.testing import CliRunner
 
 import mecanique as mq
 from mecanique.cli import app
-from mecanique.verification.diff import _pair_elements, vector_slip
+from mecanique.verification.diff import _pair_elements, _welds, vector_slip
 from mecanique.verification.verdict import Change
 
 ARM = """<robot name="arm">
@@ -311,3 +311,24 @@ def test_elements_are_paired_by_name_then_by_kind_in_order() -> None:
         *(("c", "c"), ("a", "x"), ("d1", "d2"), ("b", "y")),
         *(("e", None), (None, "d3")),
     ]
+
+
+def test_what_is_welded_askew_has_the_poses_of_the_engine() -> None:
+    """Of a chain of three, each turned and shifted against the one before."""
+    turns = (0.3, -0.5, 0.8), (1.1, 0.2, -0.4), (-0.6, 0.9, 0.1)
+    chain = mq.Mechanism(
+        "chain",
+        tuple(mq.Body(name, mq.ball(1.0, 0.1)) for name in ("ground", "a", "b", "c", "d")),
+        (
+            mq.Prismatic("slide", "ground", "a"),
+            *(
+                mq.Fixed(f"to {child}", parent, child, origin=mq.Placement((1, 2 * k, -1), turn))
+                for k, (parent, child, turn) in enumerate(zip("abc", "bcd", turns, strict=True))
+            ),
+        ),
+    )
+    found = dict(_welds(chain, "a"))
+    assert [*found] == ["a", "b", "c", "d"]
+    for name, pose in found.items():
+        expected = mq.Reference(chain).pose(name, [0.0])
+        np.testing.assert_allclose(pose, expected, rtol=0, atol=1e-14)
