@@ -49,6 +49,12 @@ MORE = (
     ),
     ("coupled_pendulums", "frequency", "ω0² = g/l; ω1 = ω0; ω2² = ω0² + 2 k a²/(m l²)"),
     ("rigid_bar_pendulum", "equation of motion", "q'' + 3 g/(2 l) q = 0"),
+    # linearized, or without its centripetal term
+    ("particle_on_circle_x", "equation of motion", "m R^2 x''/(R^2 - x^2) = 0"),
+    # with the potential of a force that is the same everywhere
+    ("cart_pole", "potential energy", "V = -m g l cos q - F x"),
+    ("cart_pole", "potential energy", "V = -m g l cos q + F x"),
+    ("two_blocks", "equation of motion", "m1 q1'' = k2 (q2 - q1) - k1 q1 or q2'' = F/m2"),
     ("rigid_bar_pendulum", "equation of motion", "0 = 0"),
     ("rigid_bar_pendulum", "equation of motion", "sin(q) (q'' + 3 g/(2 l) sin q) = 0"),
     ("rigid_bar_pendulum", "equation of motion", "q'' + 3 g/(2 l) sin q + 1e-9 q' sqrt(g/l) = 0"),
