@@ -200,3 +200,28 @@ def test_each_step_is_printed_with_its_value(name: str) -> None:
             assert value_of_text(printed, values) == pytest.approx(value, rel=1e-12), printed
             if isinstance(result.left, Left) and not result.left.by:
                 values[result.left.quantity] = value  # a later line may be in it
+
+
+def test_the_energy_contains_the_potential_of_a_constant_load() -> None:
+    m, P = mq.Parameter("m", 2.0, "kg"), mq.Parameter("P", 3.0, "N")
+    bead = mq.Mechanism(
+        "bead",
+        (mq.Body("ground"), mq.Body("arm", mq.massless()), mq.Body("bead", mq.particle(m))),
+        (
+            mq.Revolute("turn", "ground", "arm", axis=(0, 0, 1), coordinate="phi"),
+            mq.Prismatic("slide", "arm", "bead", axis=(1, 0, 0), coordinate="r"),
+        ),
+        forces=(mq.JointForce("push", "slide", P),),
+        parameters=(m, P),
+        gravity=(0, 0, 0),
+    )
+    text = mq.derive(bead).text(steps=True)
+    assert "with the potential -P r of the constant load," in " ".join(text.split())
+    assert "    E = m r^2 phi'^2/2 + m r'^2/2 - P r\n" in text
+    assert "    E = m r'^2/2 - P r + V_eff\n" in text
+    # to the judge it is an integral, and neither it nor V is one without the load
+    assert mq.check(bead, "m r^2 phi'^2/2 + m r'^2/2 - P r", "conserved quantity").right
+    assert not mq.check(bead, "m r^2 phi'^2/2 + m r'^2/2", "conserved quantity").right
+    # what time gives is no constant load
+    timed = replace(bead, forces=(mq.JointForce("push", "slide", P * mq.cos(mq.time())),))
+    assert "E =" not in mq.derive(timed).text(steps=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import chain
 from typing import Literal, NamedTuple, TypeAlias, TypeVar, final
 
 import numpy as np
@@ -18,8 +17,9 @@ from mecanique.checking.judgement.equilibria import INTEGERS, Equilibria, equili
 from mecanique.checking.judgement.steady import INDEPENDENT, SteadyMotions
 from mecanique.checking.judgement.truth import Sample, SeriesValues, Truth
 from mecanique.derivation import derive
-from mecanique.derivation.scalars.series import GIVEN, TIMED, Series
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left
+from mecanique.derivation.symbolic.forces import store_constant
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import DerivationError, InputError, UnknownNameError
 from mecanique.model.constraints.gears import Meshing
@@ -145,10 +145,6 @@ def ask_for(truth: Truth, question: str) -> AskedQuantity:
     return replace(quantity, with_loads=_keep_letters(loaded, taken), of_loads=truths.of_loads)
 
 
-def _is_constant(forces: Sequence[Series]) -> bool:
-    return all(Q.kinds <= GIVEN | TIMED for Q in forces)
-
-
 def _keep_letters(quantity: AskedQuantity, taken: Container[str]) -> AskedQuantity:
     """Return a quantity without those of its letters that mean something in the mechanism."""
     if quantity.kind not in ("value", "up to a constant", "several"):
@@ -180,27 +176,22 @@ class _Asked:
         return Lagrange(self._truth.mechanism, self._truth.closed_form.algebra)
 
     @cached_property
-    def _constant_loads(self) -> tuple[tuple[Series, ...], ...]:
-        """The generalized forces of loads that are the same in all positions."""
-        coordinates = [f"{name}'" for name in self._truth.mechanism.coordinates]
-        if coordinates != [*self._truth.velocities]:
-            return ()
-        works = (work.forces for work in self._lagrange.works if work.kind == "work")
-        return tuple(forces for forces in works if _is_constant(forces))
+    def _stored_in_loads(self) -> Series:
+        """The potentials of loads that are the same everywhere."""
+        algebra = self._truth.closed_form.algebra
+        stored = (store_constant(algebra, work) for work in self._lagrange.works)
+        return algebra.ring.sum([V for V in stored if V is not None])
 
     @property
     def of_loads(self) -> frozenset[str]:
-        """The letters of loads that are the same in all positions."""
-        forces = chain.from_iterable(self._constant_loads)
-        return frozenset(g.name for Q in forces for g in Q.generators())
+        """The letters of loads that are the same everywhere."""
+        coordinates = {*self._truth.mechanism.coordinates}
+        return frozenset(g.name for g in self._stored_in_loads.generators()) - coordinates
 
     @cached_property
     def _potential(self) -> Series:
         V = self._lagrange.V
-        for forces in self._constant_loads if self._loaded else ():
-            coordinates = map(V.ring.__getitem__, self._truth.mechanism.coordinates)
-            V -= V.ring.sum([Q * q for Q, q in zip(forces, coordinates, strict=True)])
-        return V
+        return V + self._stored_in_loads if self._loaded else V
 
     def energy(self, name: str, _: str) -> AskedQuantity:
         kinetic, potential = ENERGIES[name]

@@ -11,7 +11,7 @@ from mecanique.derivation.laws import Elastic, Law, Travel, laws_of
 from mecanique.derivation.mechanics.forces import Span, argument_of
 from mecanique.derivation.printing.letters import call
 from mecanique.derivation.scalars.cancel import integrate, tidy
-from mecanique.derivation.scalars.series import GIVEN, Kind, Ring, Series
+from mecanique.derivation.scalars.series import GIVEN, TIMED, Kind, Ring, Series
 from mecanique.derivation.symbolic.derivation import Assumption
 from mecanique.derivation.symbolic.kinematics import Kinematics, moves
 from mecanique.derivation.symbolic.symbols import Algebra
@@ -100,6 +100,16 @@ def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
             square=_find_square(law, along),
             elastic=isinstance(law, Elastic),
         )
+
+
+def store_constant(algebra: Algebra, load: Work) -> Series | None:
+    """Return −Σ Q q, the potential of a load that is the same everywhere; None of any other."""
+    ring, names = algebra.ring, [*algebra.mechanism.coordinates]
+    if load.kind != "work" or [f"{name}'" for name in names] != [*algebra.velocities]:
+        return None
+    if not set[Kind]().union(*(Q.kinds for Q in load.forces)) <= GIVEN | TIMED:
+        return None
+    return -ring.sum([Q * ring[name] for Q, name in zip(load.forces, names, strict=True)])
 
 
 def find_potential(algebra: Algebra, load: Work) -> Work:

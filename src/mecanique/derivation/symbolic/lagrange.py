@@ -32,7 +32,13 @@ from mecanique.derivation.symbolic.derivation import (
     Stage,
     mass_and_bias,
 )
-from mecanique.derivation.symbolic.forces import Work, find_potentials, length_names, works_of
+from mecanique.derivation.symbolic.forces import (
+    Work,
+    find_potentials,
+    length_names,
+    store_constant,
+    works_of,
+)
 from mecanique.derivation.symbolic.inertias import inertia_stages, list_moments
 from mecanique.derivation.symbolic.kinematics import (
     Kinematics,
@@ -188,27 +194,39 @@ def energy_integral(
     ties, squares = lagrange.ties, collect_squares(lagrange.squares) if by_squares else ()
     # If a prescribed motion adds terms of degree 0 or 1 in the velocities to T, the conserved
     # quantity is Jacobi's integral instead (Goldstein, Classical Mechanics, 3rd ed., eq. 2.53).
-    timed = any(map(_is_timed, [T, V, *(tie.demand for tie in ties)]))
+    loads, U = [work for work in works if work.kind == "work"], lagrange.load_potential
+    if U is None:
+        return []
+    timed = any(map(_is_timed, [T, V, U, *(tie.demand for tie in ties)]))
     # a constraint in steady motion, like a turntable, does work
     driven = any(tie.of_velocities and _find_orders(tie.demand) != {1} for tie in ties)
-    if lagrange.D or driven or timed or any(work.kind == "work" for work in works):
+    if lagrange.D or driven or timed:
         return []
     potentials = [work for work in works if work.kind == "potential"]
     sources = ["weights"] if gravity else []
     sources += ["springs"] if any(work.elastic for work in potentials) else []
-    sources += [work.name for work in potentials if not work.elastic]
+    sources += [work.name for work in (*potentials, *loads) if not work.elastic]
     idle = f"Nothing depends on time{',' if ties else ' and'} no force "
     idle += f"but {enumerate_words(sources)} does work" if sources else "does work"
     idle += ", and the constraints do none" if ties else ""
-    potential = partial(_write_potential, gravity, works, V)
+
+    def write_potential() -> Expression:
+        return join((_write_potential(gravity, works, V), expression(U)))
+
     degrees, zero = split_by_degree(T), T.ring.number(0)
     shown = expression(square) if square is not None else None
     if square is None:
         square = degrees.get(2, zero)
     if degrees.keys() <= {2}:
-        sentence = f"{idle}: the total energy E = T + V is constant along any motion."
+        whole = "E = T + V"
+        if U:
+            constant = "load" if len(loads) == 1 else "loads"
+            whole += f", with the potential {expression(U).text()} of the constant {constant},"
+        sentence = f"{idle}: the total energy {whole} is constant along any motion."
         energy = Result(
-            Left("E"), square + V, lambda: join((shown or _write_squares(T, squares), potential()))
+            Left("E"),
+            square + V + U,
+            lambda: join((shown or _write_squares(T, squares), write_potential())),
         )
         return [Stage(ENERGY_INTEGRAL, sentence, (energy,))]
     rest = degrees.get(0, zero)
@@ -220,8 +238,8 @@ def energy_integral(
     )
     integral = Result(
         Left("h"),
-        square + V - rest,
-        lambda: join((expression(square), expression(-rest), potential())),
+        square + V + U - rest,
+        lambda: join((expression(square), expression(-rest), write_potential())),
     )
     return [Stage("Jacobi's integral", sentence, (integral,))]
 
@@ -472,6 +490,14 @@ class Lagrange:
             work.scalar for work in self.works if work.kind == kind and work.scalar is not None
         ]
         return tidy(self.algebra.ring.sum(scalars))
+
+    @cached_property
+    def load_potential(self) -> Series | None:
+        """The potential of loads that are the same everywhere; None if other loads do work."""
+        loads = (work for work in self.works if work.kind == "work")
+        stored = [store_constant(self.algebra, load) for load in loads]
+        known = [V for V in stored if V is not None]
+        return tidy(self.algebra.ring.sum(known)) if len(known) == len(stored) else None
 
     def find_free(self) -> list[bool]:
         """Return for each velocity whether no drive, load or constraint acts along it."""

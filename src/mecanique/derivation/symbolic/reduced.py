@@ -281,6 +281,7 @@ def _finish(lagrange: Lagrange, kinetic: Series, ignored: Sequence[Ignored]) -> 
     effective = tidy(ring.sum([*(coordinate.energy for coordinate in ahead), V, -still]))
     shown_V = join([*(coordinate.shown_energy(1) for coordinate in ahead), expression(V - still)])
     energy = degrees.get(2, ring.number(0)) + ring.parameter("V_eff")
+    energy += lagrange.load_potential or ring.number(0)
     integrals = [
         replace(stage, results=(Result(Left("E"), energy),))
         if stage.title == ENERGY_INTEGRAL
