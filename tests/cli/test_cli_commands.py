@@ -182,7 +182,8 @@ def test_convert_tells_what_of_a_urdf_is_in_no_mechanism(tmp_path: Path) -> None
 <collision>{shape}</collision><collision>{shape}</collision></link>
 <joint name="j" type="continuous">
 <parent link="base"/><child link="arm"/><axis xyz="0 1 0"/></joint>
-<transmission name="t"><joint name="j"/></transmission></robot>"""
+<transmission name="t"><joint name="j"/></transmission></robot>""",
+        encoding="utf-8",
     )
     result = CliRunner().invoke(app, ["convert", str(urdf), "-o", str(tmp_path / "arm.xml")])
     assert result.exit_code == 0, result.output

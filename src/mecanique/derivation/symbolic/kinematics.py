@@ -391,6 +391,7 @@ def quaternion_stages(algebra: Algebra) -> list[Stage]:
 def geometry_stages(kinematics: Kinematics) -> list[Stage]:
     """Return the step from the coordinates to the velocities of all bodies."""
     mechanism, results = kinematics.algebra.mechanism, list[Result]()
+    massless = {body.name for body in mechanism.bodies if body.mass == 0}
     turns, turned = False, dict[str, list[str]]()
     for body in kinematics.bodies:
         given = mechanism.body(body)
@@ -404,8 +405,8 @@ def geometry_stages(kinematics: Kinematics) -> list[Stage]:
             vectors["omega"] = along(axes, spin)
             turns |= any(spin)
             if vectors["omega"] != spin:
-                others = "axes that do not" if mechanism.body(whose).mass == 0 else ""
-                others = others or f"those of {call(whose)}, which do not"
+                bare = whose in massless
+                others = "axes that do not" if bare else f"those of {call(whose)}, which do not"
                 other = f"{others} spin with {call(body)}"
                 turned.setdefault(other if fixed else "the body's own", []).append(body)
         for letter, vector in vectors.items():
