@@ -52,9 +52,10 @@ def say_unread(origin: Origin) -> str:
     """Say which elements of a URDF are in no mechanism, and on which line the first stands."""
     robot = parse(origin.text, Report(origin.file))
     lines: dict[str, list[int]] = {}
-    for element in robot.walk() if robot else ():
-        rotors = any(inner.tag == ACTUATOR_INERTIA for inner in element.walk())
-        if element.tag in _UNREAD and not rotors:
+    unread = (element for element in (robot.walk() if robot else ()) if element.tag in _UNREAD)
+    for element in unread:
+        # of a transmission, the rotor is in the mechanism
+        if not any(part.child(ACTUATOR_INERTIA) for part in element.children):
             lines.setdefault(element.tag, []).append(element.line)
     said = (f"<{tag}> ({len(at)}, first on line {at[0]})" for tag, at in lines.items())
     return f"Read from URDF, without {', '.join(said)}." if lines else ""

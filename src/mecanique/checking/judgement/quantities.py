@@ -549,8 +549,8 @@ class _Asked:
         for q in coordinates if free.shape[1] == free.shape[2] else ():
             rest = [i for i, name in enumerate(coordinates) if name != q]
             if q != output:
-                held = np.linalg.solve(whole[:, rest][:, :, rest], force[:, rest])[..., 0]
-                slip = held[:, rest.index(k)]
+                held = np.linalg.pinv(whole[:, rest][:, :, rest]) @ force[:, rest]
+                slip = held[:, rest.index(k), 0]
                 slips.append(("simple system", f"it is that with {q} held at rest", slip))
         taken = {*sample.values, *self._letters, "s"}
         transform = [name for name in (output.capitalize(),) if name not in taken]
