@@ -847,7 +847,9 @@ class _Reader(Source):
                 message = f"joint {follower!r} mimics {min(missing)!r}, which is not there"
                 raise self.refuse(element, message)
         light = [link.name for link in self._links if link.weightless and not link.static]
-        about = [f"<gravity> of {', '.join(light)} is off, which Drake ignores."] * bool(light)
+        about = list[str]()
+        if light:
+            about.append(f"<gravity> of {', '.join(light)} is off, which Drake ignores.")
         return self.assemble(name, bodies, self._loops, self.compose_laws(), *about)
 
 

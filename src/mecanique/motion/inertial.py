@@ -196,7 +196,7 @@ class InertialCheck(Legible):
         # a reaction may arise where there was none: it is small beside what acts on the bodies
         acting = {"N": self.force, "N·m": self.length * self.force}
         size = max(alike, acting.get(row.unit, 0.0))
-        # where nothing of a unit moves on ground at rest, there are the mechanism and a radian
+        # if nothing in this unit changes on ground at rest, the size of the mechanism or 1 counts
         whole = self.length if row.unit == "m" else 1.0
         return size if size > INERTIAL_RTOL * whole else whole
 

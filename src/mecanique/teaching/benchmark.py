@@ -92,7 +92,11 @@ def _make(name: str) -> Exercise:
 
 
 def score_answers(tasks: Iterable[str], answers: Mapping[str, str]) -> Score:
-    """Score answers by the names of their tasks; a task without an answer gets nothing."""
+    """Score answers by the names of their tasks; a task without an answer gets nothing.
+
+    Raises:
+        InputError: if an answer belongs to none of the tasks, or a task's name says nothing.
+    """
     points = {}
     for name in tasks:
         exercise, text = _make(name), answers.get(name, "")

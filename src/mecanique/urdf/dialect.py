@@ -31,6 +31,12 @@ UNBOUNDED = 1e9
 DRAKE_JOINT = "drake:joint"
 """Like `joint`, for types that URDF lacks, e.g. `type="ball"`; other programs ignore it."""
 
+UNUSED = frozenset({"safety_controller", "calibration", "transmission"})
+"""Tags of URDF that no equation of motion uses, but for the rotor in a transmission."""
+
+FOREIGN = frozenset({"gazebo", "ros2_control", "sensor", "mujoco", "loop_joint"})
+"""Tags of other programs."""
+
 ACTUATOR_INERTIA = "drake:rotor_inertia"
 """Below robot/transmission/actuator: inertia of the rotor before the gear [kg·m² or kg]."""
 

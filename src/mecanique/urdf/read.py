@@ -23,7 +23,7 @@ from mecanique.model.joints import Floating, Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Origin
 from mecanique.model.placement import vector
-from mecanique.urdf.dialect import ACTUATOR_INERTIA, SCREW, WORLD
+from mecanique.urdf.dialect import ACTUATOR_INERTIA, FOREIGN, SCREW, UNUSED, WORLD
 from mecanique.urdf.findings import Report
 from mecanique.urdf.names import Names
 from mecanique.urdf.parse import parse
@@ -38,24 +38,14 @@ GRAVITY = (0.0, 0.0, -9.81)
 """Acceleration of free fall that a URDF does not state [m/s²]."""
 
 
-_UNREAD = (
-    "collision",
-    "transmission",
-    "safety_controller",
-    "calibration",
-    "gazebo",
-    "ros2_control",
-)
-
-
 def say_unread(origin: Origin) -> str:
     """Say which elements of a URDF are in no mechanism, and on which line the first stands."""
     robot = parse(origin.text, Report(origin.file))
     lines: dict[str, list[int]] = {}
-    unread = (element for element in (robot.walk() if robot else ()) if element.tag in _UNREAD)
-    for element in unread:
+    for element in robot.walk() if robot else ():
         # of a transmission, the rotor is in the mechanism
-        if not any(part.child(ACTUATOR_INERTIA) for part in element.children):
+        rotors = any(part.child(ACTUATOR_INERTIA) for part in element.children)
+        if element.tag in UNUSED | FOREIGN | {"collision"} and not rotors:
             lines.setdefault(element.tag, []).append(element.line)
     said = (f"<{tag}> ({len(at)}, first on line {at[0]})" for tag, at in lines.items())
     return f"Read from URDF, without {', '.join(said)}." if lines else ""
@@ -152,8 +142,9 @@ def read_urdf(
     report.refuse(strict=strict)
     if mechanism is None or document is None:
         raise InputError(f"expected a URDF, got {path_or_text!r}")
-    said = ["Its xacro macros were expanded."]
-    said *= any(finding.name == "xacro-in-urdf" for finding in report.findings)
+    said = list[str]()
+    if any(finding.name == "xacro-in-urdf" for finding in report.findings):
+        said.append("Its xacro macros were expanded.")
     if rubbing := [joint.name for joint in document.joints if joint.friction and joint.moving]:
         said.append(f"Read from URDF, without dry friction of {', '.join(rubbing)}.")
     origin = Origin(report.file, document.text, report.flaws)

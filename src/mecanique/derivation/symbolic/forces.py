@@ -104,22 +104,26 @@ def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
 
 def store_constant(algebra: Algebra, load: Work) -> Series | None:
     """Return −Σ Q q, the potential of a load that is the same everywhere; None of any other."""
-    ring, names = algebra.ring, [*algebra.mechanism.coordinates]
-    if load.kind != "work" or [f"{name}'" for name in names] != [*algebra.velocities]:
+    used = _list_kinds(algebra, load)
+    if used is None or not used <= GIVEN | TIMED:
         return None
-    if not set[Kind]().union(*(Q.kinds for Q in load.forces)) <= GIVEN | TIMED:
+    coordinates = map(algebra.ring.__getitem__, algebra.mechanism.coordinates)
+    return -algebra.ring.sum([Q * q for Q, q in zip(load.forces, coordinates, strict=True)])
+
+
+def _list_kinds(algebra: Algebra, load: Work) -> set[Kind] | None:
+    """Return what a load along the coordinates depends on, None of what is no such load."""
+    rates = [f"{name}'" for name in algebra.mechanism.coordinates]
+    if load.kind != "work" or rates != [*algebra.velocities]:
         return None
-    return -ring.sum([Q * ring[name] for Q, name in zip(load.forces, names, strict=True)])
+    return set[Kind]().union(*(force.kinds for force in load.forces))
 
 
 def find_potential(algebra: Algebra, load: Work) -> Work:
     """Return a load as a potential if algebra shows that it has one, else as it is."""
     # Q = −∂V/∂q is integrated coordinate by coordinate; V is right if its derivatives are −Q
-    ring, names = algebra.ring, [*algebra.mechanism.coordinates]
-    if load.kind != "work" or [f"{name}'" for name in names] != [*algebra.velocities]:
-        return load
-    used = set[Kind]().union(*(force.kinds for force in load.forces))
-    if not used <= {*GIVEN, Kind.COORDINATE} or Kind.COORDINATE not in used:
+    ring, names, used = algebra.ring, algebra.mechanism.coordinates, _list_kinds(algebra, load)
+    if used is None or not used <= {*GIVEN, Kind.COORDINATE} or Kind.COORDINATE not in used:
         return load
     V = ring.number(0)
     for name, force in zip(names, load.forces, strict=True):

@@ -45,6 +45,11 @@ _BUILDING = {True: (2e7, 3.5e6), False: (1e7, 4e5)}
 """To build an integrator by Taylor series, optimized or not: in all, and for each operation."""
 
 
+def estimate_step(mechanism: Mechanism) -> float:
+    """Return what a step of dop853 on the reference costs."""
+    return 12 * (1500 + 500 * mechanism.nv)
+
+
 def estimate_deriving(mechanism: Mechanism) -> float:
     """Return what it costs to derive, compare and compile the equations in Python."""
     size = mechanism.nv
@@ -71,6 +76,11 @@ def estimate_series(operations: float, *, optimized: bool = True) -> float:
     """Return what it costs to build an integrator by Taylor series."""
     once, per_operation = _BUILDING[optimized]
     return _IMPORTING + once + per_operation * operations
+
+
+def estimate_deriving_series(mechanism: Mechanism) -> float:
+    """Return what it costs to derive the equations and build an integrator, by the size alone."""
+    return estimate_deriving(mechanism) + estimate_series(15 * mechanism.nv**2, optimized=False)
 
 
 def estimate_series_of(program: RatesProgram) -> float:

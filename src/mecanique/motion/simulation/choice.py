@@ -186,11 +186,9 @@ def _list_changes(problem: Problem, choice: Choice, taken: int, t: float) -> lis
     if problem.loops is not None or not compiles:
         return changes
     m = problem.mechanism
-    step = 12 * (1500 + 500 * m.nv)  # of dop853 on the reference
-    left = (STEPS * steps / taken - STEPS) * step
+    left = (STEPS * steps / taken - STEPS) * costs.estimate_step(m)
     series = not (problem.events or _is_blind(problem)) and is_installed()
-    building = costs.estimate_deriving(m) + costs.estimate_series(15 * m.nv**2, optimized=False)
-    if series and left > PAYOFF * building:
+    if series and left > PAYOFF * costs.estimate_deriving_series(m):
         changes.append(partial(_with_series, problem, steps > VERY_MANY_STEPS))
     elif m.nv <= SMALL and not choice.closed_form and left > PAYOFF * costs.estimate_deriving(m):
         rhs = problem.code.rhs

@@ -26,7 +26,9 @@ from mecanique.urdf.dialect import (
     ACTUATOR_INERTIA,
     DRAKE_JOINT,
     EXTENSIONS,
+    FOREIGN,
     SCREW,
+    UNUSED,
     WORLD,
     uses_drake,
 )
@@ -91,11 +93,8 @@ _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
 }
 """Attributes and children of each element."""
 
-_UNUSED = {"safety_controller", "calibration", "transmission", "texture"}
-_OTHERS = {
-    *("gazebo", "transmission", "ros2_control", "sensor", "mujoco", "loop_joint", "texture"),
-    "contact",
-}
+_UNUSED = UNUSED | {"texture"}
+_OTHERS = FOREIGN | {"transmission", "texture", "contact"}
 _HOLDERS = ("robot", "joint", "drake:joint")
 """Elements in which a tag of Drake's that is not known is told as such."""
 

@@ -108,16 +108,28 @@ def mend(text: str, *, name: str = "robot", balance: bool = False) -> str:
 
     A robot without a name gets one, axes get length one, a missing axis is written as URDF implies
     it (x), missing products of inertia are written as zero, numbers are separated by single blanks,
-    with none around them, and the prefix drake: is declared where it is used; with `balance`, an
-    inertia that no real body has becomes the nearest one that a body can have. Comments, order and
+    with none around them, and the prefix drake: is declared where it is used. Comments, order and
     everything else stay.
+
+    Args:
+        text: the URDF text.
+        name: for a robot without one.
+        balance: whether an inertia that no real body has becomes the nearest one that a body can
+            have (`mecanique.urdf.lint.repair`); `find_balances` lists what that changes.
+
+    Returns:
+        The repaired text; the text itself if there is nothing to repair or it is not XML.
     """
     text = _apply(text, lambda robot, raw: _edits(robot, raw, name))
     return _apply(text, _balance) if balance else text
 
 
 def find_balances(text: str) -> tuple[BalancedInertia, ...]:
-    """Return what `mend` with `balance` changes, inertia by inertia."""
+    """Return what `mend` with `balance` changes, inertia by inertia.
+
+    Args:
+        text: the URDF text before.
+    """
     robot = parse(mend(text), Report(None))
     return () if robot is None or robot.tag != "robot" else tuple(balances(robot))
 
