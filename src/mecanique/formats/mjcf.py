@@ -84,7 +84,7 @@ from mecanique.model.forces import (
 from mecanique.model.joint_base import Limits, Single
 from mecanique.model.joints import Fixed, Floating, Joint, Prismatic, Revolute, Spherical
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Placement, pose_of, turn_about
+from mecanique.model.placement import Placement, pose_along, pose_at, pose_of, turn_about
 from mecanique.model.quaternions import conjugate, from_matrices
 from mecanique.model.states import States
 from mecanique.urdf.dialect import UNBOUNDED
@@ -555,13 +555,11 @@ class _Reader(Source):
         self._claimed.add((kind, name or ""))
 
     def _pose(self, texts: Given) -> Array:
-        pose = np.eye(4)
         if "fromto" in texts:
             ends = texts.numbers("fromto", (0,) * 6).reshape(2, 3)
-            pose[:3, :3], pose[:3, 3] = turn_from_z(ends[0] - ends[1]), ends.mean(axis=0)
-        else:
-            pose[:3, :3], pose[:3, 3] = self._turn(texts), texts.numbers("pos", (0, 0, 0))
-        return pose
+            return pose_at(ends.mean(axis=0), turn_from_z(ends[0] - ends[1]))
+        turn = self._turn(texts)
+        return pose_at(texts.numbers("pos", (0, 0, 0)), turn)
 
     def _turn(self, texts: Given) -> Array:
         """The rotation matrix of an orientation in any of MuJoCo's five forms."""
@@ -656,9 +654,9 @@ class _Reader(Source):
 
     def _align(self, link: _Link) -> None:
         """Let the frame of a free body be that of its inertia, in which anchors then are, too."""
-        axes, place = link.mass.axes, np.eye(4)
-        place[:3, :3] = principal_axes(link.mass.inertia) if axes is None else axes
-        place[:3, 3] = link.mass.center
+        axes = link.mass.axes
+        axes = principal_axes(link.mass.inertia) if axes is None else axes
+        place = pose_at(link.mass.center, axes)
         back = np.asarray(np.linalg.inv(place))
         link.mass, link.home = link.mass.move(back), link.home @ place
         for visual in link.visuals:
@@ -740,8 +738,7 @@ class _Reader(Source):
             align = self._set_in(element).get("alignfree", "false") if align == "auto" else align
             if form == "free" and align == "true":
                 self._aligned.add(child)
-        at = np.eye(4)
-        at[:3, 3] = (frame @ [*texts.numbers("pos", (0, 0, 0)), 1.0])[:3]
+        at = pose_at((frame @ [*texts.numbers("pos", (0, 0, 0)), 1.0])[:3])
         if form in ("free", "ball"):
             at = np.eye(4) if form == "free" else at
             ball = Spherical(name, parent, child, origin=placement_at(pose @ at))
@@ -757,11 +754,7 @@ class _Reader(Source):
         reference = unit * texts.number("ref", 0.0)
         rest = unit * texts.number("springref", 0.0)
         # the text shows the body where the coordinate is its reference
-        back = np.eye(4)
-        if form == "hinge":
-            back[:3, :3] = turn_about(axis, -reference)
-        else:
-            back[:3, 3] = -reference * axis
+        back = pose_along(axis, -reference, form == "hinge")
         x, y, z = axis.tolist()
         stated: dict[str, Any] = {"axis": (x, y, z), "limits": self._limits(texts, unit)}
         stated |= {"armature": armature, "origin": placement_at(pose @ at @ back)}
@@ -1362,8 +1355,7 @@ class _Reader(Source):
 
     def _meet(self, texts: Given, a: _Link, b: _Link) -> tuple[Array, Array]:
         """The poses in two links of frames that a constraint keeps together."""
-        anchor, relative = np.eye(4), np.eye(4)
-        anchor[:3, 3] = texts.numbers("anchor", (0, 0, 0))
+        anchor = pose_at(texts.numbers("anchor", (0, 0, 0)))
         if texts.element.tag == "connect":
             at = a.shift @ anchor
             return at, np.linalg.inv(b.home) @ a.home @ at
@@ -1371,7 +1363,7 @@ class _Reader(Source):
         at = b.shift @ anchor
         if not any(numbers[3:]):  # as the text shows the bodies
             return np.linalg.inv(a.home) @ b.home @ at, at
-        relative[:3, :3], relative[:3, 3] = turn_of(numbers[3:]), numbers[:3]
+        relative = pose_at(numbers[:3], turn_of(numbers[3:]))
         return a.shift @ relative, at  # where the anchor of b goes, MuJoCo counts it in
 
     def _follow(self, texts: Given) -> None:

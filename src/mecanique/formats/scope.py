@@ -21,7 +21,7 @@ from mecanique.model.forces import Damper, Force, JointDamper, JointSpring, Spri
 from mecanique.model.joint_base import Single
 from mecanique.model.joints import Fixed, Floating, Joint, Planar, Prismatic, Revolute, Spherical
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Placement, turn_about
+from mecanique.model.placement import Placement, pose_along
 from mecanique.urdf.dialect import UNBOUNDED
 from mecanique.urdf.write import axial_steps, law_of_follower
 from mecanique.wording import say_count
@@ -269,15 +269,11 @@ def weld_constants(mechanism: Mechanism, form: Form) -> Mechanism:
     for joint in mechanism.joints if form != "MJCF" and not mechanism.elements else ():
         if not isinstance(joint, Revolute | Prismatic) or joint.coordinate not in driven:
             continue
-        law, place = driven[joint.coordinate], np.eye(4)
+        law = driven[joint.coordinate]
         if symbols_in(plain(law)) - mechanism.values.keys():
             continue
         axis, at = unit_vector(mechanism.evaluate_all(joint.axis)), mechanism.evaluate(law)
-        if joint.turns:
-            place[:3, :3] = turn_about(axis, at)
-        else:
-            place[:3, 3] = at * axis
-        held[joint.name] = mechanism.matrix(joint.origin) @ place
+        held[joint.name] = mechanism.matrix(joint.origin) @ pose_along(axis, at, joint.turns)
     if not held:
         return mechanism
     joints = [

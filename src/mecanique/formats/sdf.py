@@ -58,7 +58,7 @@ from mecanique.model.joints import (
     Universal,
 )
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Placement, pose_of
+from mecanique.model.placement import Placement, pose_at, pose_of
 from mecanique.urdf.dialect import DRAKE_NAMESPACE, UNBOUNDED, WORLD
 from mecanique.urdf.markup import Element, Node, Tag, number, numbers, write_xml
 from mecanique.urdf.names import Names
@@ -300,20 +300,19 @@ class _Reader(Source):
         numbers = self.split(child, child.text or nothing, wanted)
         if len(numbers) != count:
             raise self.refuse(child, f"{wanted}, got {child.text[:60]!r}")
-        pose = np.eye(4)
         if count == 7:
             x, y, z, w = numbers[3:]
             if abs(math.hypot(x, y, z, w) - 1) > _SLANT:
                 raise self.refuse(
                     child, f"expected a unit quaternion in <pose>, got {child.text!r}"
                 )
-            pose[:3, :3] = turn_of(np.array([w, x, y, z]))
+            turn = turn_of(np.array([w, x, y, z]))
         else:
             degrees = child.attributes.get("degrees", "false") in ("true", "1")
             roll, pitch, yaw = np.radians(numbers[3:]) if degrees else numbers[3:]
-            pose[:3, :3] = pose_of(Placement(rpy=(float(roll), float(pitch), float(yaw))))[:3, :3]
-        pose[:3, 3] = numbers[:3]
-        return pose, child.attributes.get("relative_to", child.attributes.get("frame", ""))
+            turn = pose_of(Placement(rpy=(float(roll), float(pitch), float(yaw))))[:3, :3]
+        relative_to = child.attributes.get("relative_to", child.attributes.get("frame", ""))
+        return pose_at(numbers[:3], turn), relative_to
 
     def _name(self, element: Element) -> str:
         name = element.attributes.get("name", "")
@@ -706,9 +705,8 @@ class _Reader(Source):
             first, second = (self._direction(joint, along) for along in both)
             if abs(first @ second) > 1e-9:
                 raise self.refuse(element, "the axes of a universal joint are not orthogonal")
-            turn = np.eye(4)
-            turn[:3, :3] = np.column_stack([first, second, np.cross(first, second)])
-            pose = pose @ turn
+            turn = np.column_stack([first, second, np.cross(first, second)])
+            pose = pose @ pose_at(turn=turn)
         in_parent = np.linalg.inv(self._place(parent.frame) @ np.linalg.inv(parent.shift)) @ pose
         child.shift = np.linalg.inv(pose) @ self._place(child.frame)
         place = placement_at(in_parent)

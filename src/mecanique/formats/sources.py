@@ -35,7 +35,7 @@ from mecanique.model.forces import (
 from mecanique.model.joints import Floating, Joint, Universal
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.validation import inertia_fault
-from mecanique.model.placement import Placement, pose_of, rpy_of, turn_about
+from mecanique.model.placement import Placement, pose_at, pose_of, rpy_of, turn_about
 from mecanique.urdf.findings import Report
 from mecanique.urdf.markup import Element
 from mecanique.urdf.names import Names
@@ -348,8 +348,7 @@ def draw(form: str, size: Array, pose: Array, rgba: Any = None) -> Iterator[Visu
         ends = {"sphere": [0.0], "capsule": [b, -b]}[form]
         shown += [(Sphere(a), end) for end in ends]
     for geometry, offset in shown:
-        at = np.eye(4)
-        at[2, 3] = offset
+        at = pose_at((0, 0, offset))
         yield Visual(geometry, placement_at(pose @ at), rgba)
 
 

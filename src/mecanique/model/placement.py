@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias, final
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
@@ -109,9 +110,15 @@ def rpy_of(turn: Array) -> tuple[float, float, float]:
 
 def pose_of(place: Placement) -> Array:
     """Return a placement in numbers as a homogeneous matrix, shape (4, 4)."""
+    return pose_at(place.xyz, place.rotation)
+
+
+def pose_at(shift: ArrayLike = 0.0, turn: ArrayLike | None = None) -> Array:
+    """Return the homogeneous matrix of a shift (3,) after a turn (3, 3), shape (4, 4)."""
     pose = np.eye(4)
-    pose[:3, :3] = place.rotation
-    pose[:3, 3] = place.xyz
+    pose[:3, 3] = shift
+    if turn is not None:
+        pose[:3, :3] = turn
     return pose
 
 
@@ -120,6 +127,11 @@ def turn_about(axis: Array | Vector, angle: Scalar, functions: Any = math) -> Ar
     x, y, z = unit_vector(axis, "the axis of a turn")
     k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.asarray(np.eye(3) + functions.sin(angle) * k + (1 - functions.cos(angle)) * k @ k)
+
+
+def pose_along(axis: Array, at: float, turns: bool) -> Array:
+    """Return where a joint's frame stands after a turn about its axis or a shift along it."""
+    return pose_at(turn=turn_about(axis, at)) if turns else pose_at(at * axis)
 
 
 def carry(place: Placement, point: Vector) -> tuple[Scalar, Scalar, Scalar]:

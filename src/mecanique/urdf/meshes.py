@@ -27,7 +27,7 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.files import recognize
 from mecanique.model.bodies.visuals import Rgba
-from mecanique.model.placement import turn_about
+from mecanique.model.placement import pose_at, turn_about
 from mecanique.safe_xml import XmlRefusedError, tree_of
 
 MOST_BYTES = 100_000_000
@@ -333,22 +333,14 @@ def _rgba(color: Element | None) -> Rgba | None:
     return red, green, blue, rest[0] if rest else 1.0
 
 
-def _translate(xyz: Array) -> Array:
-    pose = np.eye(4)
-    pose[:3, 3] = xyz
-    return pose
-
-
 def _rotate(axis_and_angle: Array) -> Array:
     *axis, angle = axis_and_angle
-    pose = np.eye(4)
-    pose[:3, :3] = turn_about(axis, np.radians(angle))
-    return pose
+    return pose_at(turn=turn_about(axis, np.radians(angle)))
 
 
 _TRANSFORMS: Mapping[str, Callable[[Array], Array]] = {
     "matrix": lambda numbers: numbers.reshape(4, 4),
-    "translate": _translate,
+    "translate": pose_at,
     "rotate": _rotate,
     "scale": lambda factors: np.diag([*factors, 1.0]),
 }

@@ -18,6 +18,7 @@ from mecanique.model.force_base import End, LineLoad, Point, loads_in
 from mecanique.model.joint_base import Single
 from mecanique.model.joints import Planar, Prismatic, Revolute, Spherical, Universal
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.placement import pose_at
 from mecanique.model.teeth import visuals_of
 from mecanique.motion.analysis.forces import Action
 from mecanique.viewing.scene.scene import (
@@ -72,13 +73,11 @@ def _join(mechanism: Mechanism, name: str) -> Iterator[SceneShape]:
             continue
         filled = math.sqrt(mass / (math.pi * _DENSITY * whole))
         radius = min(max(filled, _THINNEST * length), _THICKEST * length)
-        pose = np.eye(4)
         axis = end / length
         # the least of its components is farthest from being parallel
         across = np.cross(np.eye(3)[int(np.argmin(np.abs(axis)))], axis)
         across /= np.linalg.norm(across)
-        pose[:3, :3] = np.column_stack([across, np.cross(axis, across), axis])
-        pose[:3, 3] = end / 2
+        pose = pose_at(end / 2, np.column_stack([across, np.cross(axis, across), axis]))
         yield SceneShape("cylinder", (radius, length), pose, GREY)
 
 

@@ -13,6 +13,7 @@ from mecanique.model import Contact, Mechanism
 from mecanique.model.constraint_base import PressingContact, Striking
 from mecanique.model.force_base import End
 from mecanique.model.mechanism_units import per_second, units
+from mecanique.model.placement import pose_at
 from mecanique.model.quaternions import from_matrices
 from mecanique.motion.analysis.forces import Action, Actions
 from mecanique.motion.motion import Motion
@@ -186,9 +187,7 @@ def _furnish(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterato
         for numbers, reaches in spans.items():
             low, high = np.min(reaches, axis=(0, 1)), np.max(reaches, axis=(0, 1))
             thick = PLANE_THICKNESS * margin
-            middle = np.eye(4)
-            middle[:3, 3] = [*(low + high) / 2, -thick / 2]
-            pose = np.reshape(numbers, (4, 4)) @ middle
+            pose = np.reshape(numbers, (4, 4)) @ pose_at([*(low + high) / 2, -thick / 2])
             shapes.append(SceneShape("box", (*(high - low), thick), pose))
         yield replace(body, shapes=tuple(shapes))
 

@@ -16,6 +16,7 @@ from mecanique.model.expression import evaluate
 from mecanique.model.joint_base import Elementary
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Finding
+from mecanique.model.placement import pose_at
 from mecanique.model.quaternions import turn as turn_vectors
 
 REACH = {"rad": math.pi, "m": 1.0}
@@ -190,10 +191,8 @@ def _paths(mechanism: Mechanism, start: Array, sliders: Sequence[str]) -> Iterat
             elif motion.coordinates:
                 # the place of a free body, if it has one, and its quaternion
                 values = [rest[name] for name in motion.coordinates]
-                pose = np.eye(4)
-                pose[:3, :3] = turn_vectors(np.array(values[-4:]), np.eye(3)).T
-                pose[:3, 3] = values[:-4] or 0.0
-                place = place @ pose
+                turn = turn_vectors(np.array(values[-4:]), np.eye(3)).T
+                place = place @ pose_at(values[:-4] or 0.0, turn)
         rows = tuple(map(tuple, place.tolist()))
         yield Path(number[joint.parent], number[joint.child], rows, tuple(moves))
 
@@ -223,13 +222,11 @@ def _move(
 
 
 def _motion(kind: str, axis: Sequence[float], value: float) -> Array:
-    pose, along = np.eye(4), np.array(axis)
+    along = np.array(axis)
     if kind == "slide":
-        pose[:3, 3] = value * along
-        return pose
+        return pose_at(value * along)
     quaternion = np.append(along * math.sin(value / 2), math.cos(value / 2))
-    pose[:3, :3] = turn_vectors(quaternion, np.eye(3)).T
-    return pose
+    return pose_at(turn=turn_vectors(quaternion, np.eye(3)).T)
 
 
 def _bodies(mechanism: Mechanism, finding: Finding) -> Iterator[int]:

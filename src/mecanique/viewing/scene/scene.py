@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from mecanique.errors import InputError
 from mecanique.model.bodies.visuals import GeometryKind
+from mecanique.model.placement import pose_at
 from mecanique.viewing.scene.inspection import Inspection
 
 
@@ -217,10 +218,6 @@ GREY: Rgba = (0.55, 0.58, 0.62, 1.0)
 _SIZES = {"box": 3, "cylinder": 2, "sphere": 1, "mesh": 3}
 
 
-def _nowhere() -> Floats:
-    return np.eye(4)
-
-
 @final
 @dataclass(frozen=True, eq=False)
 class SceneShape:
@@ -228,7 +225,7 @@ class SceneShape:
 
     kind: GeometryKind
     size: tuple[float, ...]
-    pose: Floats = field(default_factory=_nowhere)  # shape (4, 4), in the body's frame
+    pose: Floats = field(default_factory=pose_at)  # shape (4, 4), in the body's frame
     rgba: Rgba | None = GREY  # None keeps the colors of a mesh
     path: Path | None = None
     form: str = ""  # what a cylinder stands for, if that is a ring or a cone
