@@ -528,7 +528,7 @@ def _in_hinge(setting: Setting, joint: Revolute, loads: Sequence[JointLoad]) -> 
         sprung = load.kind == "spring"
         name = setting.name(load.coefficient)
         if sprung:
-            yield from spiral(at, 0.0)
+            yield from spiral(at)
         if name:
             side = setting.clear_side(at) * ((1.0, 1.0) if sprung else (1.0, -1.0))
             yield label(at, name, side, 20.0 if sprung else 14.0)

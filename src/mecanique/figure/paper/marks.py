@@ -193,11 +193,11 @@ def arrow_head(tip: Point, along: Point, size: float, style: str) -> Stroke:
     return Stroke(np.array([tip, back + side, back - side]), name, closed=True)
 
 
-def arc(points: Point, style: str, head: bool = True) -> Iterator[Mark]:
+def arc(points: Point, style: str) -> Iterator[Mark]:
     """Yield a bent arrow through points."""
     lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     size = min(7.5, 0.6 * float(lengths[-1]))
-    if not head or size < 1.0:
+    if size < 1.0:
         yield Stroke(points, style)
         return
     kept = int(np.searchsorted(lengths, lengths[-1] - size))
@@ -268,11 +268,11 @@ def dashpot(a: Point, b: Point, half: float = 6.0) -> Iterator[Mark]:
     yield Stroke(np.array([piston, b]), "spring")
 
 
-def spiral(at: Point, start: float) -> Iterator[Mark]:
+def spiral(at: Point) -> Iterator[Mark]:
     """Yield a rotational spring about a point."""
     turns = np.linspace(0.0, 3.6 * math.pi, 90)
     radius = 5.0 + 1.15 * turns
-    yield Stroke(at + radius[:, None] * directions(start + turns), "spring")
+    yield Stroke(at + radius[:, None] * directions(turns), "spring")
 
 
 def hatch(a: Point, b: Point, into: Point | None = None, depth: float = 8.0) -> Iterator[Mark]:
