@@ -10,6 +10,7 @@ import shutil
 import textwrap
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
 from html import escape
 from importlib import import_module
 from itertools import pairwise
@@ -130,6 +131,7 @@ def write_all(directory: Path) -> None:
     (directory / "urdf_tags.md").write_text(urdf_tags(), encoding="utf-8")
     (directory / "benchmarks.md").write_text(benchmarks(), encoding="utf-8")
     (directory / "operations.md").write_text(operations(), encoding="utf-8")
+    (directory / "forms.md").write_text(forms(chosen()), encoding="utf-8")
     (directory / "revisions.md").write_text(revisions(), encoding="utf-8")
     for name, text in api_pages():
         (directory / f"{name}.md").write_text(text, encoding="utf-8")
@@ -206,6 +208,30 @@ def operations() -> str:
         rows.append(f"| `{name}` | {found.total} | " + " | ".join(map(str, parts)) + " |")
     head = "| system | operations | additions | multiplications | divisions | functions |"
     return table(head, rows)
+
+
+def forms(systems: Sequence[str]) -> str:
+    """Return the table of the lines of derivations that books have, and where each is printed."""
+    rows = []
+    for name in systems:
+        for line, place in mq.textbook.entry(name).forms.items():
+            where = find_section(name, line) or "elsewhere, or by a factor of parameters"
+            rows.append(f"| `{name}` | `{line}` | {where} | {cell(place)} |")
+    return table("| system | form | step of the derivation | book |", rows)
+
+
+def find_section(name: str, line: str) -> str:
+    """Return the title of the step that prints a line, of the derivation or of its reductions."""
+    mechanism = mq.textbook.load(name)
+    for derive in (mq.derive, mq.routh, mq.reduce_loops):
+        title = ""
+        with suppress(mq.MecaniqueError):
+            for shown in derive(mechanism).text(steps=True).splitlines():
+                number, _, heading = shown.partition(". ")
+                title = heading if number.isdecimal() else title
+                if line in (shown.strip(), shown.rpartition("], ")[2]):
+                    return title or "Symbols"
+    return ""
 
 
 def revisions() -> str:

@@ -108,6 +108,9 @@ def test_tables_are_made_from_the_code(generate: object) -> None:
     assert "| `bench_import.py` | Measure what starting costs" in measurements
     # (tau - m g l sin(q))/(m l l): m l is used twice
     assert "| `simple_pendulum` | 7 | 1 | 4 | 1 | 1 |" in generate.operations()  # type: ignore[attr-defined]
+    forms = generate.forms(["simple_pendulum", "compound_pendulum"])  # type: ignore[attr-defined]
+    assert "| `q'' + g sin(q)/l = 0` | Equations of motion | Whittaker, sect. 44 |" in forms
+    assert "| elsewhere, or by a factor of parameters | Huygens, part IV:" in forms
     verdicts = generate.validation(["simple_pendulum"])  # type: ignore[attr-defined]
     assert "| `simple_pendulum` | agrees |" in verdicts
 

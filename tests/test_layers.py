@@ -59,7 +59,8 @@ ORDER: dict[str, list[str]] = {
     "model.mechanism": [
         "origin",
         "description",
-        "element_laws homogeneity state_space",
+        "element_laws homogeneity letters",
+        "state_space",
         "validation",
         "mechanism",
     ],

@@ -18,10 +18,10 @@ from mecanique import textbook
 from mecanique.cli.derive import set_in_rows
 from mecanique.derivation import METHODS
 from mecanique.derivation.document import to_page
-from mecanique.derivation.printing.letters import letters_of_words
 from mecanique.derivation.printing.lines import PAGE, align, display, number_rows, width
 from mecanique.derivation.printing.prose import spell_greek, to_html, to_latex
 from mecanique.derivation.printing.writers import Latex, MathML
+from mecanique.model.mechanism.letters import letters_of_words
 
 ROOT = Path(__file__).parents[2]
 FORMULA = re.compile(
@@ -296,11 +296,10 @@ def make_turntable(*names: str, parameter: str = "c") -> mq.Mechanism:
 def test_angles_that_are_called_by_words_have_letters() -> None:
     """Books write psi and phi; text, which is typed, keeps the names."""
     assert letters_of_words(make_turntable("yaw", "crank", "theta1", "rear_spin", "q")) == {
-        "yaw": "psi", "p_yaw": "p_psi", "P_yaw": "P_psi", "pi_yaw": "pi_psi", "Q_yaw": "Q_psi",
-        **{f"{of}{name}": f"{of}{letter}" for of in ("", "p_", "P_", "pi_", "Q_", "W_", "δW_")
-           for name, letter in (("crank", "phi_crank"), ("rear_spin", "phi_rear"))},
-        "W_yaw": "W_psi", "δW_yaw": "δW_psi",
-    }  # fmt: skip
+        f"{of}{name}": f"{of}{letter}"
+        for of in ("", "p_", "P_", "pi_", "Q_", "W_", "δW_", "sin_", "cos_")
+        for name, letter in (("yaw", "psi"), ("crank", "phi_crank"), ("rear_spin", "phi_rear"))
+    }
     equations = mq.derive(make_turntable("yaw"))
     assert equations.latex().count("\\psi") == 2
     assert equations.equations[0].latex().count("\\psi") == 2
@@ -366,3 +365,12 @@ def test_words_are_letters_where_they_are_names(sentence: str, written: int) -> 
     letters = {"yaw": "alpha", "lean": "theta", "spin": "phi"}
     names = {"x", "y", *letters}
     assert to_latex(sentence, names, (), letters).count("$") == 2 * written
+
+
+def test_lists_of_named_results_have_letters_for_words() -> None:
+    coin = mq.derive(mq.textbook.load("rolling_coin"), method="virtual_work")
+    page = mq.write_recursion(coin).latex()
+    assert "\\text{cos}_{\\alpha} &= \\cos \\alpha" in page
+    assert "virtual displacement along $\\dot{\\theta}$" in page
+    assert not re.search(r"\\text\{(yaw|lean|spin)\}", page)
+    assert "_yaw" not in mq.write_recursion(coin).mathml()

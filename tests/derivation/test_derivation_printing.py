@@ -29,13 +29,13 @@ from mecanique.derivation.printing.expressions import (
     to_sympy,
 )
 from mecanique.derivation.printing.formulas import Product, multiply, number
-from mecanique.derivation.printing.letters import SplitName
 from mecanique.derivation.printing.writers import Equation, Expression, Latex, MathML, Text
 from mecanique.derivation.scalars.elementary import sqrt as named_sqrt
 from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.scalars.series import Kind, Ring, Series
 from mecanique.derivation.symbolic.derivation import Left, Result
 from mecanique.errors import DerivationError
+from mecanique.model.mechanism.letters import SplitName
 
 PROPERTY = settings(deadline=None, max_examples=80, derandomize=True)
 

@@ -217,7 +217,7 @@ def test_the_energy_contains_the_potential_of_a_constant_load() -> None:
     )
     text = mq.derive(bead).text(steps=True)
     assert "with the potential -P r of the constant load," in " ".join(text.split())
-    assert "    E = m r^2 phi'^2/2 + m r'^2/2 - P r\n" in text
+    assert "    E = m (r'^2 + r^2 phi'^2)/2 - P r\n" in text
     assert "    E = m r'^2/2 - P r + V_eff\n" in text
     # to the judge it is an integral, and neither it nor V is one without the load
     assert mq.check(bead, "m r^2 phi'^2/2 + m r'^2/2 - P r", "conserved quantity").right

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import mecanique as mq
+from mecanique.model.mechanism.description import angles
 from mecanique.model.mechanism_units import (
     add_unit,
     characteristic_length,
@@ -16,7 +17,7 @@ from mecanique.model.mechanism_units import (
     per_second,
     velocity_scales,
 )
-from mecanique.model.random_positions import angles, draw_positions
+from mecanique.model.random_positions import draw_positions
 from mecanique.model.states import States, list_left_out
 
 PLACE = mq.Placement

@@ -8,13 +8,13 @@ from typing import final
 
 import numpy as np
 
-from mecanique.derivation.printing.letters import call
 from mecanique.derivation.tolerances import ALIGNED
 from mecanique.derivation.tree.links import links
 from mecanique.derivation.tree.poses import Arithmetic, joint_values, poses
 from mecanique.model import Joint, Loop, Mechanism, Planar, Universal, coordinate
 from mecanique.model.expression import Scalar, plain, symbols_in
 from mecanique.model.joint_base import UNITS, BaseJoint, Single
+from mecanique.model.mechanism.letters import call
 from mecanique.model.mechanism_units import units
 from mecanique.wording import enumerate_words
 

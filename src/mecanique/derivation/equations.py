@@ -24,10 +24,11 @@ from mecanique.derivation.symbolic.derivation import Derivation, Stages
 from mecanique.derivation.symbolic.named_inertias import name_inertias
 from mecanique.derivation.symbolic.solution import EliminatedSolution, solve
 from mecanique.derivation.symbolic.symbols import MOST_TERMS, coordinate_of
-from mecanique.errors import DerivationError, UnknownNameError
+from mecanique.errors import DerivationError
 from mecanique.model.constraints.contacts import SPEAKING
 from mecanique.model.dynamics import Dynamics, Quantity
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.letters import find_name
 from mecanique.model.states import States, explain_defaults
 from mecanique.model.values import Given
 
@@ -293,13 +294,9 @@ class Equations(Dynamics):
                 divisor that may vanish, as those of loops, or do not leave these alone free.
         """
         velocities = self.mechanism.velocities
-        kept = []
-        for name in (keep,) if isinstance(keep, str) else keep:
-            rate = name if name in velocities else f"{name}'"
-            if rate not in velocities:
-                known = tuple(map(coordinate_of, velocities))
-                raise UnknownNameError("coordinate", name, known)
-            kept.append(rate)
+        rates = dict(zip(map(coordinate_of, velocities), velocities, strict=True))
+        typed = [coordinate_of(name) for name in ((keep,) if isinstance(keep, str) else keep)]
+        kept = [rates[find_name(self.mechanism, name, rates)] for name in typed]
         if not self.symbolic:
             raise DerivationError(
                 f"{self.why_not}; they are solved in numbers, by acceleration(q, v, t), and as a "

@@ -113,8 +113,9 @@ def meanings(
     algebra = derivation.algebra
     ring, mechanism = algebra.ring, algebra.mechanism
     used = _collect_kinds(derivation, steps=steps)
-    followers = [*_explain_followers(derivation)]
-    if steps and any(stage.title == RELATIONS for stage in derivation.stages):
+    led = any(stage.title == RELATIONS for stage in derivation.stages)
+    followers = [*_explain_followers(derivation, used, led=led)]
+    if steps and led:
         followers = [replace(entry, definition=None) for entry in followers]
     signals = [*_explain_signals(derivation, used)]
     for entry in [*followers, *signals]:
@@ -198,12 +199,15 @@ def _collect_kinds(derivation: Derivation, *, steps: bool) -> dict[str, Kind]:
     return {name: Kind.PARAMETER for side in sides for name in side.letters} | kinds
 
 
-def _explain_followers(derivation: Derivation) -> Iterator[Meaning]:
-    """Yield the joint coordinates that the coordinate map gives, each with its expression."""
+def _explain_followers(
+    derivation: Derivation, used: dict[str, Kind], *, led: bool
+) -> Iterator[Meaning]:
+    """Yield the joint coordinates that the map gives, but unused sums of coordinates alone."""
     algebra = derivation.algebra
     of_joint = CoordinateWords(algebra.mechanism).of_joints
     for name, value in follow(algebra):
-        yield Meaning((name,), of_joint.get(name, "joint coordinate"), expression(value))
+        if led or name in used or value.kinds != {Kind.COORDINATE}:
+            yield Meaning((name,), of_joint.get(name, "joint coordinate"), expression(value))
 
 
 def _explain_signals(derivation: Derivation, used: dict[str, Kind]) -> Iterator[Meaning]:

@@ -39,7 +39,6 @@ from mecanique.derivation.printing.expressions import (
     to_sympy,
 )
 from mecanique.derivation.printing.formulas import open_sum
-from mecanique.derivation.printing.letters import letters_of_words
 from mecanique.derivation.printing.lines import INLINE, display, width
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer, to_lines, write
 from mecanique.derivation.scalars.series import Kind, Series
@@ -49,6 +48,7 @@ from mecanique.errors import DerivationError
 from mecanique.model.constraints.friction import Contact, Friction, Stop, Switching
 from mecanique.model.expression import plain, symbols_in
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.letters import letters_of_words
 from mecanique.model.mechanism_units import add_unit
 from mecanique.wording import Legible, say_count, to_title
 

@@ -492,7 +492,7 @@ class _Distance:
 def coordinates(setting: Setting, body: str | None = None) -> Iterator[Mark]:
     """Yield the marks of a mechanism's generalized coordinates."""
     mechanism = setting.mechanism
-    inside = {name for j in mechanism.joints if j.quaternion for name in j.coordinates}
+    inside = {name for joint in mechanism.joints for name in joint.quaternion}
     distances: list[_Distance] = []
     arcs: Counter[tuple[float, ...]] = Counter()
     for k, name in enumerate(mechanism.coordinates):

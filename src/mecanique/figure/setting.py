@@ -10,7 +10,6 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-from mecanique.derivation.printing.letters import letters_of_words, to_letter
 from mecanique.errors import MecaniqueError
 from mecanique.figure.paper.marks import Point, directions
 from mecanique.figure.solids import (
@@ -27,6 +26,7 @@ from mecanique.model import Box, Contact, Joint, Mechanism, Placement, Prismatic
 from mecanique.model.constraints.friction import Switching
 from mecanique.model.expression import Scalar
 from mecanique.model.force_base import LineLoad
+from mecanique.model.mechanism.letters import letters_of_words, to_letter
 from mecanique.model.mechanism_units import units
 from mecanique.reference import Reference
 

@@ -40,13 +40,13 @@ from mecanique.derivation.printing.formulas import (
     names_in,
     number,
 )
-from mecanique.derivation.printing.letters import letters_of_words
 from mecanique.derivation.printing.lines import display, width
 from mecanique.derivation.printing.prose import to_html, to_latex
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer, write
 from mecanique.generation.mechanics.dynamics import TapeDynamics, Tree
 from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.letters import call, letters_of_words
 from mecanique.program.listing import Notation, list_program
 from mecanique.program.tape import Tape, Value
 from mecanique.program.traced import Traced, trace, values_of
@@ -268,7 +268,7 @@ def explain_results(
             every = [f"{letter}_{spell(body)}_{axis}" for axis in "xyz"]
             parts = tuple(name for name in every if name in defined)
             if parts:
-                yield parts, sentence.format(body)
+                yield parts, sentence.format(call(body))
 
 
 def explain_force(mechanism: Mechanism, row: str) -> str:
@@ -354,17 +354,18 @@ class Written(Legible):
         """Return the list in LaTeX, as a fragment of a document."""
         names = frozenset(name for names, _ in self.meanings for name in names)
         writer = Latex(self.printed)
+        words = partial(to_latex, names=names, letters=self.printed)
         out = [_FRAGMENT, f"\\section*{{{to_latex(self.title, ())}}}"]
-        out += [f"{to_latex(paragraph, names)}\n" for paragraph in self.about]
+        out += [f"{words(paragraph)}\n" for paragraph in self.about]
         out.append("\\begin{description}\\setlength{\\itemsep}{0pt}\\setlength{\\parskip}{0pt}")
         for symbols, sentence in self.meanings:
             letters = ((name, writer.letter(name, False, "")) for name in symbols)
             said = ", ".join(name if name == "…" else f"${letter}$" for name, letter in letters)
             below = " \\hfill \\\\" if width(said) > _LABEL else ""
-            out.append(f"\\item[{{\\normalfont {said}}}]{below} {to_latex(sentence, names)}")
+            out.append(f"\\item[{{\\normalfont {said}}}]{below} {words(sentence)}")
         out.append("\\end{description}")
         for part in self._parts:
-            out += [f"\\subsection*{{{part.heading}}}", to_latex(part.said, names)]
+            out += [f"\\subsection*{{{part.heading}}}", words(part.said)]
             rows = part.write(writer)
             if part.first:
                 rows = tuple(f"{row} \\tag{{{n}}}" for n, row in enumerate(rows, part.first))
@@ -373,7 +374,8 @@ class Written(Legible):
 
     def mathml(self) -> str:
         """Return the list in MathML, as a fragment of an HTML page."""
-        words = partial(to_html, names=frozenset(chain(*(names for names, _ in self.meanings))))
+        names = frozenset(chain(*(names for names, _ in self.meanings)))
+        words = partial(to_html, names=names, letters=self.printed)
         out = [f"<h3>{escape(self.title)}</h3>"]
         out += [*(f"<p>{words(paragraph)}</p>" for paragraph in self.about), "<dl>"]
         out += [f"<dt>{said}</dt><dd>{words(meaning)}</dd>" for said, meaning in self.symbols()]

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from mecanique.model.expression import plain, symbols_in
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.description import angles
 
 _NEAR_LIMIT = 0.05
 """A coordinate limited on both sides is kept off its limits by this part of their distance."""
@@ -43,32 +41,3 @@ def draw_positions(
     for _, at in mechanism.quaternions:
         q[:, at] = random.normal(size=(count, 4))
     return mechanism.normalize(q)
-
-
-def angles(mechanism: Mechanism) -> set[str]:
-    """Return the coordinates that are angles and the velocities that are angular."""
-    driven = {name: plain(scalar) for name, scalar in mechanism.coordinates.driven.items()}
-    turning: set[str] = set()
-    lengths: set[str] = set()
-    rates: set[str] = set()
-    for joint in mechanism.joints:
-        turning.update(joint.angular_coordinates)
-        lengths.update(() if joint.quaternion else joint.linear_coordinates)
-        rates.update(joint.angular_velocities if joint.quaternion else ())
-    for name, scalar in driven.items():
-        # an angle turns a joint, or moves a slide as l cos(q); a length turns a joint as asin(x /
-        # l)
-        turning |= (
-            _inside(scalar, {"sin", "cos", "tan"}) if name in lengths else symbols_in(scalar)
-        ) - _inside(scalar, {"asin", "acos", "atan", "atan2"})
-    turning = (turning - lengths) & set(mechanism.coordinates)
-    return turning | rates | {f"{name}'" for name in turning}
-
-
-def _inside(expression: Any, functions: set[str]) -> set[str]:
-    """Symbols within some functions of an expression."""
-    if isinstance(expression, float):
-        return set()
-    if type(expression).__name__ in functions:
-        return set(symbols_in(expression))
-    return set().union(*(_inside(part, functions) for part in expression.args))

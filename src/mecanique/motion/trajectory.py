@@ -12,6 +12,7 @@ import numpy as np
 from mecanique.arrays import spread
 from mecanique.errors import UnknownNameError
 from mecanique.model import Contact, FloatingState, Mechanism, floating_state
+from mecanique.model.mechanism.letters import to_name
 from mecanique.motion.compile.along import StateLaw, StateSums
 from mecanique.motion.record.curve import Curve, LaterCurve, State, Times
 from mecanique.motion.record.events import Event, ModeSpan, Occurrence, Switches, break_names
@@ -116,7 +117,7 @@ class Trajectory:
         return len(self.t)
 
     def __getitem__(self, name: str) -> np.ndarray:
-        m = self.mechanism
+        m, name = self.mechanism, to_name(self.mechanism, name)
         for names, values in ((m.coordinates.names, "q"), (m.velocities, "v")):
             if name in names:
                 column: np.ndarray = getattr(self, values)[:, names.index(name)]

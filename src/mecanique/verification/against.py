@@ -12,9 +12,10 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.derivation import derive
 from mecanique.derivation.numeric.constraints.rows import Held
-from mecanique.errors import DerivationError, InputError, UnknownNameError
+from mecanique.errors import DerivationError, InputError
 from mecanique.formats.read import read
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.letters import find_name
 from mecanique.model.states import States
 from mecanique.verification.causes.search import causes_of
 from mecanique.verification.diff import diff
@@ -74,9 +75,7 @@ class ReducedEquations:
                 "three hinges to compare equations in some of the velocities"
             )
         known = [name.removesuffix("'") for name in mechanism.velocities if name.endswith("'")]
-        for name in by:
-            if name not in known:
-                raise UnknownNameError("coordinate", name, known)
+        by = tuple(find_name(mechanism, typed, known) for typed in by)
         self._mechanism = mechanism
         self._equations, self._held = derive(mechanism), Held(mechanism)
         self._at = [mechanism.velocities.index(f"{name}'") for name in by]

@@ -26,8 +26,8 @@ from mecanique.derivation.tree.links import links, place_of
 from mecanique.errors import DerivationError, EngineError, InputError
 from mecanique.model.constraints.contacts import row_names
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.description import angles
 from mecanique.model.mechanism_units import characteristic_length
-from mecanique.model.random_positions import angles
 from mecanique.model.states import States
 from mecanique.model.values import Given
 from mecanique.reference import Reference

@@ -27,8 +27,9 @@ from mecanique.errors import ClosureError, InputError
 from mecanique.model.expression import symbols_in
 from mecanique.model.force_base import LineLoad
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.description import angles
 from mecanique.model.mechanism_units import characteristic_length
-from mecanique.model.random_positions import angles, draw_positions
+from mecanique.model.random_positions import draw_positions
 from mecanique.model.states import States
 from mecanique.model.values import whole
 from mecanique.wording import say_count

@@ -10,9 +10,9 @@ from types import MappingProxyType
 from typing import Literal, TypeAlias, final
 
 from mecanique.checking.grammar.tree import FUNCTIONS, Node, letter, number
-from mecanique.derivation.printing.letters import SplitName, letters_of_words
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.random_positions import angles
+from mecanique.model.mechanism.description import angles
+from mecanique.model.mechanism.letters import SplitName, letters_of_words
 
 Kind: TypeAlias = Literal[
     "coordinate", "velocity", "acceleration", "parameter", "input", "time", "constant", "other"

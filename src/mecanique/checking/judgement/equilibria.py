@@ -25,8 +25,8 @@ from mecanique.checking.grammar.tape import FormulaTape, Rows, find_rounding, fi
 from mecanique.checking.grammar.tree import Node, add, negate
 from mecanique.checking.judgement.truth import SeriesValues, Truth, accelerate
 from mecanique.errors import FormulaError
+from mecanique.model.mechanism.description import angles
 from mecanique.model.mechanism_units import characteristic_length
-from mecanique.model.random_positions import angles
 
 _BALANCED = 1e-9
 """Forces balance if they add up to less than this part of their usual size."""

@@ -23,7 +23,7 @@ from mecanique.checking.grammar.tape import (
 from mecanique.checking.grammar.tree import Node, add, negate, number
 from mecanique.checking.judgement.truth import Sample, Truth
 from mecanique.errors import FormulaError
-from mecanique.model.random_positions import angles
+from mecanique.model.mechanism.description import angles
 
 EQUATION_HOLDS = 1e-8
 """A difference below this part of the formula's terms is rounding."""

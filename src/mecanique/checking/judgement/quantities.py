@@ -24,8 +24,9 @@ from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import DerivationError, InputError, UnknownNameError
 from mecanique.model.constraints.gears import Meshing
 from mecanique.model.expression import evaluate
+from mecanique.model.mechanism.description import angles
+from mecanique.model.mechanism.letters import find_name
 from mecanique.model.mechanism_units import characteristic_length, units
-from mecanique.model.random_positions import angles
 from mecanique.model.units import Dimension, divide, read_unit
 
 Kind: TypeAlias = Literal[
@@ -236,9 +237,7 @@ class _Asked:
             raise InputError(
                 f'expected the coordinate of the momentum, e.g. "momentum of {coordinates[0]}"'
             )
-        chosen = what or coordinates[0]
-        if chosen not in coordinates:
-            raise UnknownNameError("coordinate", chosen, coordinates)
+        chosen = find_name(self._truth.mechanism, what or coordinates[0], coordinates)
         velocity = self._truth.velocities[coordinates.index(chosen)]
         series = self._lagrange.T.diff(velocity)
         values = self._value(series, self._sample.values)

@@ -28,8 +28,8 @@ from mecanique.model.expression import plain
 from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import JointSpring, Spring
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.description import angles
 from mecanique.model.parameters import Parameter
-from mecanique.model.random_positions import angles
 
 Reading: TypeAlias = "Callable[[Mapping[str, Array]], dict[str, Array]]"
 """What letters are taken for, by the letters."""

@@ -65,7 +65,7 @@ from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import FormulaError, InputError, MechanismError
-from mecanique.model.random_positions import angles
+from mecanique.model.mechanism.description import angles
 
 _STEP = 1e-5
 """A displacement from equilibrium, in radians or meters, at which restoring forces are taken."""

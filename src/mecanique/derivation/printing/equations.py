@@ -259,6 +259,30 @@ def half_squares(squares: Sequence[tuple[Series, Series]]) -> Expression:
     return Expression(tuple(terms), any(map(_in_decimals, alike)))
 
 
+def energy(series: Series) -> Expression:
+    """Return a kinetic or potential energy, like squares or functions together: m (x'² + y'²)/2."""
+    return gather_alike(expression(series))
+
+
+def gather_alike(whole: Expression) -> Expression:
+    """Put together what the same parameters multiply: squares of velocities, or positions."""
+    alike: dict[tuple[Any, ...], list[Product]] = {}
+    for k, term in enumerate(whole.terms):
+        moving = tuple(factor for factor in term.factors if factor[0].place[0] >= SUMS)
+        held = tuple(factor for factor in term.factors if factor not in moving)
+        rates = [power for base, power in moving if base.place[0] == MOVING]
+        lone = not moving or rates not in ([], [2]) or not (held or abs(term.number) != 1)
+        lone |= any(isinstance(base, Sum) and power == 1 for base, power in moving)
+        key = (term.number, held, bool(rates), k if lone else -1)
+        alike.setdefault(key, []).append(Product(1, moving))
+    terms = []
+    for (factor, held, *_), parts in alike.items():
+        ordered = sorted(parts, key=lambda part: len(part.factors))
+        inner = parts[0].factors if len(parts) == 1 else ((Sum(tuple(ordered)), 1),)
+        terms.append(multiply(Product(factor, held), *inner))
+    return replace(whole, terms=tuple(terms))
+
+
 def add_weighted(parts: Sequence[tuple[Series, Series]]) -> Expression:
     """Return Σ c w with each sum w in brackets."""
     terms = list[Product]()

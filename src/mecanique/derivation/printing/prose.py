@@ -7,8 +7,8 @@ import re
 from collections.abc import Collection, Mapping
 from typing import NamedTuple, final
 
-from mecanique.derivation.printing.letters import GREEK
 from mecanique.derivation.printing.writers import NO_LETTERS, Latex, MathML
+from mecanique.model.mechanism.letters import GREEK
 
 _NAMES = {sign: name for name, sign in GREEK.items()}
 _TOKEN = re.compile(

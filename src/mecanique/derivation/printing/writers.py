@@ -23,8 +23,8 @@ from mecanique.derivation.printing.formulas import (
     Sum,
     names_in,
 )
-from mecanique.derivation.printing.letters import GREEK, SplitName, is_varied, to_letter
 from mecanique.derivation.scalars.series import Series
+from mecanique.model.mechanism.letters import GREEK, SplitName, is_varied, to_letter
 
 _TIMES = "<mo>&#x2062;</mo>"
 _CALL = re.compile(r"\\(arc)?(sin|cos|tan|exp|log|operatorname)")

@@ -19,7 +19,6 @@ from mecanique.arrays import rank_of
 from mecanique.derivation.mechanics.elements import UnitForce, unit_forces
 from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.printing.equations import expression, join
-from mecanique.derivation.printing.letters import call
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Kind, Ring, Series
@@ -52,6 +51,7 @@ from mecanique.model.constraint_base import Strung
 from mecanique.model.constraints.elements import preloads
 from mecanique.model.expression import Scalar
 from mecanique.model.guides import explain_joint, guides_of
+from mecanique.model.mechanism.letters import call
 from mecanique.wording import enumerate_words
 
 

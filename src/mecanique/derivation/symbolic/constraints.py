@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple, final
 
 from mecanique.derivation.mechanics.contacts import touch
-from mecanique.derivation.printing.letters import call
 from mecanique.derivation.scalars.cancel import tidy, without_rounding
 from mecanique.derivation.scalars.elementary import root_of_square
 from mecanique.derivation.scalars.series import Kind, Ring, Series
@@ -31,6 +30,7 @@ from mecanique.derivation.symbolic.vectors import (
 )
 from mecanique.model.constraints.contacts import Contact, Rolling
 from mecanique.model.constraints.loops import Loop
+from mecanique.model.mechanism.letters import call
 
 
 @final

@@ -10,7 +10,6 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.derivation.mechanics.forces import actions_of
-from mecanique.derivation.printing.letters import call
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.constraints import bonds_of, distances_of, ties_of
@@ -40,6 +39,7 @@ from mecanique.derivation.tree.poses import (
 )
 from mecanique.model import Joint, Mechanism, Revolute
 from mecanique.model.guides import Guide
+from mecanique.model.mechanism.letters import call
 from mecanique.wording import enumerate_words
 
 _UNITS = ((1, 0, 0), (0, 1, 0), (0, 0, 1))

@@ -9,7 +9,6 @@ from typing import final
 
 from mecanique.derivation.laws import Elastic, Law, Travel, laws_of
 from mecanique.derivation.mechanics.forces import Span, argument_of
-from mecanique.derivation.printing.letters import call
 from mecanique.derivation.scalars.cancel import integrate, tidy
 from mecanique.derivation.scalars.series import GIVEN, TIMED, Kind, Ring, Series
 from mecanique.derivation.symbolic.derivation import Assumption
@@ -19,6 +18,7 @@ from mecanique.derivation.symbolic.vectors import Vector
 from mecanique.errors import DerivationError
 from mecanique.model.force_base import AnyForce, BodyLoad, WrenchOnBody
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.letters import call
 
 MOST_VELOCITIES = 12
 """Where more can move, the potentials of loads are not sought: their series would be too long."""

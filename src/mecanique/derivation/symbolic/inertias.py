@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 
 from mecanique.derivation.printing.equations import expression, join, shorter
-from mecanique.derivation.printing.letters import call
 from mecanique.derivation.printing.writers import Expression
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Series
@@ -22,6 +21,7 @@ from mecanique.derivation.symbolic.kinematics import MOST_LISTED, Kinematics
 from mecanique.derivation.tree.poses import combination
 from mecanique.model.bodies import Body
 from mecanique.model.bodies.shapes import HOMOGENEOUS
+from mecanique.model.mechanism.letters import call
 from mecanique.wording import enumerate_words
 
 

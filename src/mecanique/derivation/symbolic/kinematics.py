@@ -16,7 +16,6 @@ from mecanique.derivation.mechanics.elements import Ground
 from mecanique.derivation.mechanics.forces import Span
 from mecanique.derivation.printing.expressions import size, to_formula
 from mecanique.derivation.printing.formulas import MOVING, Letter, multiply, number
-from mecanique.derivation.printing.letters import call
 from mecanique.derivation.printing.writers import Expression
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import FOLLOWER, TIMED, Kind, Series
@@ -40,6 +39,7 @@ from mecanique.errors import DerivationError
 from mecanique.model.expression import Scalar
 from mecanique.model.force_base import LineLoad
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.letters import call
 from mecanique.wording import enumerate_words
 
 ORIGIN = (0, 0, 0)

@@ -14,13 +14,14 @@ from typing import TypeAlias, final
 
 from mecanique.derivation.printing.equations import (
     add_weighted,
+    energy,
     expression,
+    gather_alike,
     half_square,
     half_squares,
     join,
     shorter,
 )
-from mecanique.derivation.printing.letters import call
 from mecanique.derivation.printing.writers import Expression
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import TIMED, Euler, Kind, Series
@@ -57,6 +58,7 @@ from mecanique.derivation.symbolic.vectors import Vector, along, cross
 from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.letters import call
 from mecanique.wording import enumerate_words
 
 ENERGY_INTEGRAL = "Energy integral"
@@ -68,13 +70,15 @@ Squares: TypeAlias = "tuple[tuple[Series, Series], ...]"
 
 def _write_squares(T: Series, squares: Squares) -> Expression:
     """Write a kinetic energy by the squares of angular velocities, where that is shorter."""
-    plain = expression(T)
+    plain = energy(T)
     if not squares:
         return plain
-    sums = [(factor, w) for factor, w in squares if len(w) > 1]
-    rest = tidy(T - T.ring.sum([factor * w * w / 2 for factor, w in sums]))
-    mixed = join((expression(rest), half_squares(sums)))
-    return shorter(half_squares(squares), shorter(mixed, plain))
+    written = plain
+    for taken in (squares, [(factor, w) for factor, w in squares if len(w) > 1]):
+        rest = tidy(T - T.ring.sum([factor * w * w / 2 for factor, w in taken]))
+        around = (energy(rest),) if rest else ()
+        written = shorter(join((*around, half_squares(taken))), written)
+    return written
 
 
 def collect_squares(squares: Mapping[str, Squares]) -> Squares:
@@ -159,13 +163,14 @@ def _list_energies(gravity: Series, works: Sequence[Work]) -> list[Result]:
     """List the energy of the weights and of each spring."""
     springs = [work for work in works if work.kind == "potential" and work.scalar is not None]
     stored = [_store(work.name, work) for work in springs if work.scalar]
-    return [Result(Left("V_gravity"), gravity), *stored] if gravity else stored
+    weights = Result(Left("V_gravity"), gravity, partial(energy, gravity))
+    return [weights, *stored] if gravity else stored
 
 
 def _write_potential(gravity: Series, works: Sequence[Work], V: Series) -> Expression:
     """Write the potential energy spring by spring, where that is shorter."""
     parts = join(part.expression() for part in _list_energies(gravity, works))
-    return shorter(parts, expression(V))
+    return shorter(gather_alike(parts), energy(V))
 
 
 def _store(name: str, work: Work) -> Result:
@@ -180,9 +185,11 @@ def write_momentum(p: Series, velocity: str, squares: Squares) -> Expression:
     plain = expression(p)
     parts = [(tidy(factor * slope), w) for factor, w in squares if (slope := w.diff(velocity))]
     sums = [(share, w) for share, w in parts if len(w) > 1]
-    rest = tidy(p - p.ring.sum([share * w for share, w in sums]))
-    mixed = join((expression(rest), add_weighted(sums)))
-    return shorter(add_weighted(parts), shorter(mixed, plain)) if sums else plain
+    for taken in (parts, sums) if sums else ():
+        rest = tidy(p - p.ring.sum([share * w for share, w in taken]))
+        around = (expression(rest),) if rest else ()
+        plain = shorter(join((*around, add_weighted(taken))), plain)
+    return plain
 
 
 def energy_integral(
@@ -450,20 +457,27 @@ class Lagrange:
             whole = self.algebra.ring.sum([factor * w * w / 2 for factor, w in squares])
             if T:
                 moments = tuple((self._inertias(moment), w) for moment, w in squares)
-                named[name] = moments if (T - whole).vanishes() else ()
+                travel = self._travel(name) if squares else 0
+                named[name] = moments if (T - whole - travel).vanishes() else ()
         return named
 
     def _list_squares(self, body: str) -> Squares:
-        """Return the principal moments about a body's fixed origin, and its spin along them."""
+        """Return the principal moments about a body's fixed origin, or center, and its spin."""
         kinematics, lift = self.kinematics, self.algebra.lift
-        if kinematics.carrier(body) >= 0 or any(kinematics.velocity(body)):
-            return ()
         J = kinematics.moments(body)
+        aside = any(J[k][3] for k in range(3))
+        if kinematics.carrier(body) >= 0 or (aside and any(kinematics.velocity(body))):
+            return ()
         trace = self.algebra.ring.sum([lift(J[k][k]) for k in range(3)])
         moments = [tidy(trace - lift(J[k][k])) for k in range(3)]
         axes, *_ = kinematics.spin_axes(body)
         rates = along(axes, kinematics.spin(body))
         return tuple((m, w) for m, w in zip(moments, rates, strict=True) if m and w)
+
+    def _travel(self, body: str) -> Series:
+        """Return half a body's mass times the square of its origin's velocity."""
+        mass = self.algebra.lift(self.kinematics.moments(body)[3][3])
+        return mass * self.algebra.ring.sum([v * v for v in self.kinematics.velocity(body)]) / 2
 
     def _rotors(self) -> Iterator[tuple[str, Series]]:
         """Yield the joint's name and the kinetic energy ½ I r'² of each rotor."""

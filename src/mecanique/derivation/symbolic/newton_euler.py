@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import final
 
-from mecanique.derivation.printing.letters import call
 from mecanique.derivation.scalars.cancel import by_velocity
 from mecanique.derivation.symbolic.balances import (
     FreeBodies,
@@ -46,6 +45,7 @@ from mecanique.derivation.symbolic.vectors import Vector, along, cross
 from mecanique.errors import DerivationError
 from mecanique.model.constraints.contacts import SPEAKING
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.letters import call
 from mecanique.wording import enumerate_words
 
 

@@ -50,7 +50,8 @@ from mecanique.derivation.symbolic.multipliers import (
 )
 from mecanique.derivation.symbolic.symbols import Algebra, coordinate_of
 from mecanique.derivation.tolerances import RANK
-from mecanique.errors import DerivationError, UnknownNameError
+from mecanique.errors import DerivationError
+from mecanique.model.mechanism.letters import find_name
 from mecanique.model.mechanism_units import characteristic_length, units
 from mecanique.model.random_positions import draw_positions
 from mecanique.wording import enumerate_words
@@ -462,9 +463,7 @@ def reduce_to_one(lagrange: Lagrange, coordinate: str = "") -> ReducedEquation:
     """Derive the single equation of a mechanism with loops and one degree of freedom."""
     algebra = lagrange.algebra
     mechanism = algebra.mechanism
-    kept = coordinate or mechanism.coordinates[0]
-    if kept not in mechanism.coordinates:
-        raise UnknownNameError("coordinate", kept, tuple(mechanism.coordinates))
+    kept = find_name(mechanism, coordinate or mechanism.coordinates[0], mechanism.coordinates)
     still = all(not (tie.of_velocities or tie.of_contact) for tie in lagrange.ties)
     if still and any(not tie.demand.kinds.isdisjoint(TIMED) for tie in lagrange.ties):
         raise DerivationError(f"mechanism {mechanism.name!r}: its loops depend on time")

@@ -13,7 +13,6 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.derivation.numeric.newton_euler import refuse_misfits
-from mecanique.derivation.printing.letters import letters_of_words
 from mecanique.derivation.scalars.elementary import sqrt
 from mecanique.derivation.scalars.evaluation import evaluate as value_of
 from mecanique.derivation.scalars.functions import function_without_arcs
@@ -29,6 +28,7 @@ from mecanique.derivation.tree.poses import (
 )
 from mecanique.model import Joint, Mechanism
 from mecanique.model.expression import Scalar, evaluate, symbols_in
+from mecanique.model.mechanism.letters import letters_of_words
 from mecanique.model.mechanism_units import characteristic_length
 from mecanique.model.random_positions import draw_positions
 

@@ -17,7 +17,6 @@ from typing import Any, NamedTuple, final
 import numpy as np
 
 from mecanique.derivation.printing.equations import bracket, join
-from mecanique.derivation.printing.letters import call
 from mecanique.derivation.printing.writers import Expression
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import GIVEN, Kind, Series
@@ -61,6 +60,7 @@ from mecanique.derivation.tolerances import ALIGNED
 from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
 from mecanique.model import Cylinder, Mechanism, Shape
+from mecanique.model.mechanism.letters import call
 from mecanique.wording import enumerate_words
 
 _NAMES = ("s", "xi", "sigma", "eta")

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from mecanique.derivation.printing import prose
-from mecanique.derivation.printing.letters import GREEK
 from mecanique.errors import InputError
 from mecanique.figure.paper.marks import STYLES, Circle, Mark, Point, Stroke, Style, Words, bounds
+from mecanique.model.mechanism.letters import GREEK
 
 MARGIN = 12
 FONT = "'STIX Two Text','Libertinus Serif','Latin Modern Roman','Times New Roman',Times,serif"

@@ -106,7 +106,7 @@ def rich(text: str) -> tuple[tuple[str, str], ...]:
     """Return the name of a quantity, or a short formula in such names, in pieces."""
     import re
 
-    from mecanique.derivation.printing.letters import GREEK, SplitName
+    from mecanique.model.mechanism.letters import GREEK, SplitName
 
     pieces: list[tuple[str, str]] = []
     text = text.replace("**2", "²").replace("**3", "³").replace("**", "^")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from mecanique.model.constraints.friction import Switching
 from mecanique.model.constraints.loops import Loop
 from mecanique.model.constraints.velocity_constraints import VelocityConstraint
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.expression import Scalar, evaluate
+from mecanique.model.expression import Scalar, evaluate, plain, symbols_in
 from mecanique.model.force_base import AnyForce
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism.origin import Origin
@@ -175,6 +175,35 @@ def bodies_with_inertia(mechanism: Description) -> list[Body]:
     """Return the bodies that resist being moved or turned, the ground apart."""
     others = (body for body in mechanism.bodies if body.name != mechanism.ground)
     return [body for body in others if any(mechanism.evaluate_all((body.mass, *body.inertia)))]
+
+
+def angles(mechanism: Description) -> set[str]:
+    """Return the coordinates that are angles and the velocities that are angular."""
+    driven = {name: plain(scalar) for name, scalar in mechanism.coordinates.driven.items()}
+    turning: set[str] = set()
+    lengths: set[str] = set()
+    rates: set[str] = set()
+    for joint in mechanism.joints:
+        turning.update(joint.angular_coordinates)
+        lengths.update(() if joint.quaternion else joint.linear_coordinates)
+        rates.update(joint.angular_velocities if joint.quaternion else ())
+    for name, scalar in driven.items():
+        # an angle turns a joint, or moves a slide as l cos(q); a length turns a joint as asin(x /
+        # l)
+        turning |= (
+            _inside(scalar, {"sin", "cos", "tan"}) if name in lengths else symbols_in(scalar)
+        ) - _inside(scalar, {"asin", "acos", "atan", "atan2"})
+    turning = (turning - lengths) & set(mechanism.coordinates)
+    return turning | rates | {f"{name}'" for name in turning}
+
+
+def _inside(expression: Any, functions: set[str]) -> set[str]:
+    """Symbols within some functions of an expression."""
+    if isinstance(expression, float):
+        return set()
+    if type(expression).__name__ in functions:
+        return set(symbols_in(expression))
+    return set().union(*(_inside(part, functions) for part in expression.args))
 
 
 _T = TypeVar("_T")

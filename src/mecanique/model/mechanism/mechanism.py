@@ -18,6 +18,7 @@ from mecanique.model.joint_base import Limits, Single
 from mecanique.model.joints import Joint, Planar, Revolute
 from mecanique.model.mechanism.description import Description
 from mecanique.model.mechanism.element_laws import laws_of_elements
+from mecanique.model.mechanism.letters import to_name
 from mecanique.model.mechanism.state_space import StateSpace
 from mecanique.model.mechanism.validation import faults
 from mecanique.model.parameters import Parameter
@@ -185,6 +186,7 @@ class Variants(Description):
         """
         hinges = {j.coordinate for j in self.joints if isinstance(j, Revolute)}
         turning = [name for name in self.coordinates if name in hinges]
+        letters = {to_name(self, name): letter for name, letter in letters.items()}
         for name in letters:
             if name not in turning:
                 known = ", ".join(turning) or "none"

@@ -12,6 +12,7 @@ import numpy as np
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.expression import coordinate, symbols_in
 from mecanique.model.mechanism.description import Description
+from mecanique.model.mechanism.letters import to_name
 from mecanique.model.values import Given, numbers_of
 
 _SHORTEST, _LONGEST = 1e-9, 1e9
@@ -189,6 +190,10 @@ def by_leaders(space: StateSpace, given: Given, names: tuple[str, ...], primes: 
     driven = space.coordinates.driven
     if not isinstance(given, Mapping):
         return given
+    typed = list(given)
+    given = {to_name(space, name): value for name, value in given.items()}
+    if len(given) < len(typed):
+        raise InputError(f"expected each coordinate once, got {', '.join(typed)}")
     stems = {name: _stem(name, primes) for name in given}
     led: dict[str, Any] = {
         name: value for name, value in given.items() if stems[name] not in driven
@@ -214,8 +219,6 @@ def by_leaders(space: StateSpace, given: Given, names: tuple[str, ...], primes: 
 
 def _stem(name: str, primes: int) -> str:
     """Return the name of the coordinate whose rate a name means."""
-    if not isinstance(name, str):
-        raise InputError(f"expected values by name, got {name!r} for a name")
     for _ in range(primes):
         name = name.removesuffix("'")
     return name

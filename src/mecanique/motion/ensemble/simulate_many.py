@@ -27,6 +27,7 @@ from mecanique.errors import (
 from mecanique.files import write_whole
 from mecanique.generation.targets.c import compiler
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.letters import to_name
 from mecanique.model.mechanism.state_space import by_leaders
 from mecanique.model.states import States, list_left_out
 from mecanique.model.values import column_of, numbers_of, whole
@@ -212,7 +213,7 @@ class Runs:
         return np.flatnonzero(self.steps < 0)
 
     def __getitem__(self, name: str) -> np.ndarray:
-        m = self.mechanism
+        m, name = self.mechanism, to_name(self.mechanism, name)
         for names, values in ((m.coordinates.names, "q"), (m.velocities, "v")):
             if name in names:
                 column: np.ndarray = getattr(self, values)[:, :, names.index(name)]

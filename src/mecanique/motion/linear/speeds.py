@@ -13,6 +13,7 @@ import numpy as np
 from mecanique.derivation.steady import SteadyLetters, steady_letters
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.letters import to_name
 from mecanique.model.values import Given
 from mecanique.motion.linear.steady import (
     SteadyLinearization,
@@ -300,6 +301,7 @@ def expand_in_speed(
         >>> ride.C[1].round(5).tolist()
         [[0.0, 33.86641], [-0.85036, 1.6854]]
     """
+    names = [to_name(mechanism, typed) for typed in names]
 
     def compute(speed: float) -> np.ndarray:
         moving = {name: speed * rate for name, rate in v.items()}

@@ -9,9 +9,10 @@ from typing import Protocol, TypeAlias, cast, final
 import numpy as np
 
 from mecanique.arrays import Flags
-from mecanique.errors import InputError, UnknownNameError
+from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, compile_scalars, finite, plain
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.letters import find_name
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.tolerances import UNYIELDING
 from mecanique.wording import Legible
@@ -148,9 +149,7 @@ class Event:
             return None
         if isinstance(self.when, str):
             names = (*mechanism.coordinates.names, *mechanism.velocities)
-            if self.when not in names:
-                raise UnknownNameError("coordinate or velocity", self.when, names)
-            return Symbol(self.when)
+            return Symbol(find_name(mechanism, self.when, names, "coordinate or velocity"))
         return sympify(self.when)
 
 

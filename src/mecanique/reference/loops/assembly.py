@@ -20,9 +20,10 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.arrays import Array
-from mecanique.errors import ClosureError, UnknownNameError
+from mecanique.errors import ClosureError
 from mecanique.model import Loop, Mechanism
 from mecanique.model.expression import finite
+from mecanique.model.mechanism.letters import find_name
 from mecanique.model.states import expect_mechanism
 from mecanique.model.values import Given, names_of, whole
 from mecanique.reference.loops.closed import Closed, load_loops
@@ -493,9 +494,8 @@ def free_columns(closed: Closed, q: Array, t: float) -> Array:
 def held_columns(mechanism: Mechanism, names: Sequence[str]) -> Array:
     """Return the velocities that belong to given coordinates, shape (nv,) of bool."""
     held: Array = np.zeros(mechanism.nv, dtype=bool)
-    for name in names:
-        if name not in mechanism.coordinates:
-            raise UnknownNameError("coordinate", name, mechanism.coordinates)
+    for typed in names:
+        name = find_name(mechanism, typed, mechanism.coordinates)
         if f"{name}'" in mechanism.velocities:
             held[mechanism.velocities.index(f"{name}'")] = True
             continue

@@ -116,9 +116,8 @@ SYSTEM = System(
     ),
     forms={
         "r + rho - R = 0": "Routh, on rolling spheres: the centers stay R - r apart",
-        (
-            "m z'' + (z - R) lambda_contact_normal/rho - x lambda_contact_x/rho - "
-            "y lambda_contact_y/rho + m g = 0"
-        ): "this library's form, Newton's law along z; the sources resolve along the meridian",
+        "T = m (x'^2 + y'^2 + z'^2)/2 + m r^2 (roll_wx^2 + roll_wy^2 + roll_wz^2)/5": (
+            "Routh, on rolling spheres, with the square 2 r^2/5 of the radius of gyration"
+        ),
     },
 )

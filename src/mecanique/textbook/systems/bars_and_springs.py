@@ -98,8 +98,6 @@ SYSTEM = System(
         facts.Steady("q = 0 is an equilibrium", {}),
     ),
     forms={
-        "T = 17 m l^2 q'^2/(2 (16 l^2 - q^2))": (
-            "this library's form; for small q it is the 17 m q'^2/32 of Example 1.2"
-        ),
+        "q'' + 36 k q/(17 m) = 0": "Fundamentals of Dynamics, eq. Ex.1.2.g, for small q",
     },
 )

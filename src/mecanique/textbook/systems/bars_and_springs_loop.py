@@ -65,7 +65,8 @@ SYSTEM = System(
     ),
     forms={
         "J = 9 m l^2 + 8 m l^2 K_delta^2": (
-            "this library's form, by the coefficients of Eksergian; Example 1.2 has small motions"
+            "Eksergian, J. Franklin Inst. 209 (1930) 21; 17 m l^2 for the small motions of Example "
+            "1.2"
         ),
     },
 )

@@ -58,8 +58,8 @@ SYSTEM = System(
         ),
     ),
     forms={
-        "T = 17 m q'^2/32": "Example 1.2, by Lagrange's equations",
-        "V = 9 k q^2/8": "Example 1.2, by Lagrange's equations",
-        "q'' + 36 k q/(17 m) = 0": "eq. Ex.1.2.g, over 17 m/4",
+        "T = 17 m q'^2/32": "Fundamentals of Dynamics, Example 1.2, by Lagrange's equations",
+        "V = 9 k q^2/8": "Fundamentals of Dynamics, Example 1.2, by Lagrange's equations",
+        "q'' + 36 k q/(17 m) = 0": "Fundamentals of Dynamics, eq. Ex.1.2.g, over 17 m/4",
     },
 )

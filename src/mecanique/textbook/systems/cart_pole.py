@@ -74,5 +74,6 @@ SYSTEM = System(
     ),
     forms={
         "(M + m) x'' + m l cos(q) q'' - m l sin(q) q'^2 + c x' = F": "Tedrake, sect. 3.2",
+        "cos(q) x'' + l q'' + g sin(q) = 0": "Tedrake, sect. 3.2",
     },
 )

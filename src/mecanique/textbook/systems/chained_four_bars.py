@@ -104,9 +104,9 @@ SYSTEM = System(
         ),
     ),
     forms={
-        (
-            "m l theta2''/3 + sin(theta2) lambda_closing2_x - cos(theta2) lambda_closing2_z + m "
-            "g cos(theta2)/2 = 0"
-        ): "this library's form; the source has coordinates of points",
+        "1 - cos(theta0) + cos(theta1) - cos(theta0 + phi1) = 0": (
+            "Erdman & Sandor, Mechanism Design, the vector loop of a four-bar linkage, over l"
+        ),
+        "sin(theta0) - sin(theta1) + sin(theta0 + phi1) = 0": "the same, across",
     },
 )

@@ -71,8 +71,7 @@ SYSTEM = System(
         facts.Conserved("the energy with the spring's exact elongation", energy),
     ),
     forms={
-        "m l^2 q1'' + m g l sin(q1) + k a (d - rho) (d cos(q1) - a sin(q1 - q2))/rho = 0": (
-            "this library's form; French has small motions"
-        ),
+        "omega_1^2 = g/l": "French, ch. 5, in phase",
+        "omega_2^2 = (m g l + 2 k a^2)/(m l^2)": "French, ch. 5, against each other; there a = l",
     },
 )

@@ -91,9 +91,10 @@ SYSTEM = System(
         ),
     ),
     forms={
-        "(l0 - w t) theta'' - 2 w theta' + cos(theta) x'' + g sin(theta) = 0": (
-            "Abdel-Rahman, Nayfeh & Masoud 2003, l θ'' + 2 l' θ' + x'' cos θ + g sin θ = 0 with "
-            "l = l0 - w t"
-        ),
+        (
+            "(M + m) x'' + m (l0 - w t) cos(theta) theta'' - m (l0 - w t) sin(theta) theta'^2 - 2 "
+            "m w cos(theta) theta' = F"
+        ): "Abdel-Rahman, Nayfeh & Masoud 2003, with l = l0 - w t",
+        "(l0 - w t) theta'' - 2 w theta' + cos(theta) x'' + g sin(theta) = 0": "the same, the load",
     },
 )

@@ -78,8 +78,11 @@ SYSTEM = System(
         ),
     ),
     forms={
-        "l1 cos(q1 - q2) q1''/2 + l2 q2''/3 - l1 sin(q1 - q2) q1'^2/2 + g sin(q2)/2 = 0": (
-            "this library's form; Goldstein, ch. 1, ex. 22, has particles in place of rods"
+        "T = (m1 + 3 m2) l1^2 q1'^2/6 + m2 l1 l2 cos(q1 - q2) q1' q2'/2 + m2 l2^2 q2'^2/6": (
+            "Woodhouse, Euphonics, on the double pendulum of two equal rods"
+        ),
+        "3 l1 cos(q1 - q2) q1'' + 2 l2 q2'' - 3 l1 sin(q1 - q2) q1'^2 + 3 g sin(q2) = 0": (
+            "Lagrange's equation of the same T and V"
         ),
     },
 )

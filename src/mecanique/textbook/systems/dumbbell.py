@@ -82,8 +82,9 @@ SYSTEM = System(
         ),
     ),
     forms={
-        "theta'' - sin(theta) cos(theta) phi'^2 = 0": (
-            "this library's form: a rod in spherical coordinates about its center"
-        ),
+        (
+            "T = (m1 + m2) (x'^2 + y'^2 + z'^2)/2 + m1 m2 l^2 (theta'^2 + sin(theta)^2 phi'^2)/(2 "
+            "(m1 + m2))"
+        ): "Landau & Lifshitz, Mechanics, sect. 13, by the reduced mass, with r = l in eq. 4.6",
     },
 )

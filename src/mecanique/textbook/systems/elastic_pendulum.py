@@ -72,10 +72,8 @@ SYSTEM = System(
     ),
     forms={
         "m r'' - m r theta'^2 + k (r - l0) - m g cos(theta) = 0": (
-            "this library's form, Newton's law along the spring in polar coordinates"
+            "Thornton & Marion, Classical Dynamics, problem 7-15, along the spring"
         ),
-        "r^2 theta'' + 2 r r' theta' + g r sin(theta) = 0": (
-            "this library's form, the balance of the angular momentum"
-        ),
+        "r^2 theta'' + 2 r r' theta' + g r sin(theta) = 0": "the same, across it",
     },
 )

@@ -87,8 +87,9 @@ SYSTEM = System(
         ),
     ),
     forms={
-        (
-            "T = m l^2 ((cos(beta) alpha' - W sin(beta) cos(alpha))^2 + (beta' + W sin(alpha))^2)/2"
-        ): "this library's form; Landau & Lifshitz have small swings",
+        "l alpha'' - 2 l W beta' + (g - l W^2) alpha = 0": (
+            "Landau & Lifshitz, sect. 39, problem 3, where W^2 is left out"
+        ),
+        "l beta'' + 2 l W alpha' + (g - l W^2) beta = 0": "the same, across",
     },
 )

@@ -68,6 +68,6 @@ SYSTEM = System(
         ),
     ),
     forms={
-        "m z'' + m g = 0": "eq. 1.1, along z",
+        "m z'' + m g = 0": "Fundamentals of Dynamics, eq. 1.1, along z",
     },
 )

@@ -67,7 +67,7 @@ SYSTEM = System(
     ),
     forms={
         "T = m (x'^2 + z'^2)/2 + m (a^2 + b^2) theta'^2/24": (
-            "eq. 1.32, with the moment of a plate"
+            "Fundamentals of Dynamics, eq. 1.32, with the moment of a plate"
         ),
     },
 )

@@ -95,8 +95,12 @@ SYSTEM = System(
         ),
     ),
     forms={
+        (
+            "m l theta1'' - m l sin(theta1) cos(theta1) psi'^2 - s sin(theta1) lambda_link1_l + m "
+            "g sin(theta1) = 0"
+        ): "Pontryagin, Ordinary Differential Equations, sect. 27, with the push of the link",
         "p_psi = (J + m l^2 sin(theta1)^2 + m l^2 sin(theta2)^2) psi'": (
-            "this library's form; the sources have steady speeds"
+            "Goldstein, sect. 2.6: the momentum of an angle that T and V do not contain"
         ),
     },
 )

@@ -92,9 +92,12 @@ SYSTEM = System(
         ),
     ),
     forms={
+        "r'' - r phi'^2 + mu/r^2 = 0": "Goldstein, eq. 3.11, over m",
         "V = -m mu/r": "Goldstein, sect. 3.7",
-        "p_phi = m r^2 phi'": "Goldstein, sect. 3.2",
+        "p_phi = m r^2 phi'": "Goldstein, eq. 3.8",
         "V_eff = p_phi^2/(2 m r^2) - m mu/r": "Goldstein, sect. 3.3",
-        "E = m r^2 phi'^2/2 + m r'^2/2 - m mu/r": "Goldstein, sect. 3.2",
+        "E = m (r'^2 + r^2 phi'^2)/2 - m mu/r": "Goldstein, eq. 3.15",
+        "r = r_0/(1 + e cos(phi - phi_0))": "Goldstein, eq. 3.55",
+        "e = sqrt(1 + 2 p_phi^2 E/(m^3 mu^2))": "Goldstein, eq. 3.57, with k = m mu",
     },
 )

@@ -106,9 +106,9 @@ SYSTEM = System(
         facts.Conserved("the energy v·M v / 2 - m g l Σ (n + 1 - i) cos(qi)", energy),
     ),
     forms={
-        (
-            "l cos(q1 - q4) q1'' + l cos(q2 - q4) q2'' + l cos(q3 - q4) q3'' + l q4'' - l sin(q1 "
-            "- q4) q1'^2 - l sin(q2 - q4) q2'^2 - l sin(q3 - q4) q3'^2 + g sin(q4) = 0"
-        ): "this library's form, here of four links; Goldstein, ch. 1, ex. 22, has two",
+        "l q1'' + l q2'' + l q3'' + l q4'' + g q4 = 0": (
+            "Gantmacher & Krein, ch. III: y4'' = -g (y4 - y3)/l of the lowest particle, y the sum "
+            "of l q"
+        ),
     },
 )

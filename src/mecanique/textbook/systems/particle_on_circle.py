@@ -52,6 +52,6 @@ SYSTEM = System(
         ),
     ),
     forms={
-        "T = m R^2 theta'^2/2": "Figure 1.1, by the angle",
+        "T = m R^2 theta'^2/2": "Fundamentals of Dynamics, Figure 1.1, by the angle",
     },
 )

@@ -53,6 +53,7 @@ SYSTEM = System(
         ),
     ),
     forms={
-        "T = m R^2 x'^2/(2 (R^2 - x^2))": "Figure 1.1, by the abscissa",
+        "T = m R^2 x'^2/(2 (R^2 - x^2))": "Fundamentals of Dynamics, Figure 1.1, by the abscissa",
+        "x'' + x x'^2/(R^2 - x^2) = 0": "Lagrange's equation of this T",
     },
 )

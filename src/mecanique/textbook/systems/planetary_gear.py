@@ -152,6 +152,9 @@ SYSTEM = System(
         ),
     ),
     forms={
-        "V = m g (rs + rp) cos(arm)": "this library's form; the sources have ratios of speeds",
+        "planet = rs (arm - sun)/rp": "Willis: against the arm, planet and sun turn as -rs to rp",
+        "ring = 2 (rs + rp) arm/(rs + 2 rp) - rs sun/(rs + 2 rp)": (
+            "Willis: against the arm, ring and sun turn as -rs to rs + 2 rp"
+        ),
     },
 )

@@ -93,6 +93,8 @@ SYSTEM = System(
         ),
     ),
     forms={
-        "(M + m/2) x'' + k x - D/r = 0": "this library's form; the source has the line of action",
+        "(M + m/2) x'' + k x - D/r = 0": (
+            "Rao, Mechanical Vibrations, ch. 1, the equivalent mass m + J/R^2 of rack and pinion"
+        ),
     },
 )

@@ -132,14 +132,9 @@ SYSTEM = System(
     ),
     forms={
         (
-            "rho = sqrt(a^2 cos(roll)^2 sin(pitch)^2 + b^2 sin(roll)^2 + "
-            "c^2 cos(roll)^2 cos(pitch)^2)"
+            "rho = sqrt(a^2 cos(roll)^2 sin(pitch)^2 + b^2 sin(roll)^2 + c^2 cos(roll)^2 "
+            "cos(pitch)^2)"
         ): "Kane & Levinson 1982: ε, with the components of the vertical in the stone's axes",
         "z - rho = 0": "Kane & Levinson 1982: the ellipsoid touches the ground",
-        (
-            "m z'' + m h (sin(roll) cos(pitch) roll'' + sin(pitch) cos(roll) pitch'' + cos(roll) "
-            "cos(pitch) (roll'^2 + pitch'^2) - 2 sin(roll) sin(pitch) roll' pitch') - "
-            "lambda_below_normal + m g = 0"
-        ): "this library's form, with multipliers; the source has Kane's equations",
     },
 )

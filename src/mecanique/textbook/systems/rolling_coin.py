@@ -133,8 +133,12 @@ SYSTEM = System(
     ),
     forms={
         (
-            "5 r lean'' - 5 r sin(lean) cos(lean) yaw'^2 - 6 r cos(lean) yaw' spin' - "
-            "4 g sin(lean) = 0"
+            "T = m (x'^2 + y'^2 + z'^2)/2 + m r^2 (lean'^2 + cos(lean)^2 yaw'^2)/8 + m r^2 (spin' "
+            "+ sin(lean) yaw')^2/4"
+        ): "Neimark & Fufaev, ch. II, with the moments of a disk",
+        (
+            "5 r lean'' - 5 r sin(lean) cos(lean) yaw'^2 - 6 r cos(lean) yaw' spin' - 4 g "
+            "sin(lean) = 0"
         ): "Neimark & Fufaev, ch. II",
         "3 sin(lean) yaw'' + 3 spin'' + 5 cos(lean) yaw' lean' = 0": "Neimark & Fufaev, ch. II",
     },

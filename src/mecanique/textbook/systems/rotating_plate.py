@@ -62,6 +62,8 @@ SYSTEM = System(
         facts.Reaction("the axis bears m a_G and the weight", "corner", support),
     ),
     forms={
-        "T = m (a^2 + b^2) theta'^2/6": "eq. 1.33, with I_o = m (a^2 + b^2)/3",
+        "T = m (a^2 + b^2) theta'^2/6": (
+            "Fundamentals of Dynamics, eq. 1.33, with I_o = m (a^2 + b^2)/3"
+        ),
     },
 )

@@ -99,8 +99,9 @@ SYSTEM = System(
         ),
     ),
     forms={
-        "(m R^2/2 + (m + M) p^2) theta'' - (m + M) g p - D = 0": (
-            "this library's form; the source has the screw's pitch"
+        "T = (m R^2/2 + (m + M) p^2) theta'^2/2": (
+            "Ball, Theory of Screws: a body's twist has the squares of p and of its radius of "
+            "gyration"
         ),
     },
 )

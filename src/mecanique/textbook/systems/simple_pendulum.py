@@ -62,6 +62,7 @@ SYSTEM = System(
         ),
     ),
     forms={
+        "q'' + g sin(q)/l = 0": "Whittaker, sect. 44",
         "E = m l^2 q'^2/2 - m g l cos(q)": "Landau & Lifshitz, sect. 11, problem 1",
     },
 )

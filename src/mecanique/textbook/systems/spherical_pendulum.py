@@ -90,6 +90,7 @@ SYSTEM = System(
         ),
     ),
     forms={
+        "theta'' - sin(theta) cos(theta) phi'^2 + g sin(theta)/l = 0": "Whittaker, sect. 55",
         "V_eff = p_phi^2/(2 m l^2 sin(theta)^2) - m g l cos(theta)": (
             "Landau & Lifshitz, sect. 14, problem 1"
         ),

@@ -106,9 +106,9 @@ SYSTEM = System(
         ),
     ),
     forms={
-        "r'' = (m r theta'^2 + m g cos(theta) - M g)/(M + m)": (
+        "(M + m) r'' - m r theta'^2 + M g - m g cos(theta) = 0": (
             "Tufillaro, Abbott & Griffiths, with both masses"
         ),
-        "theta'' = -2 r' theta'/r - g sin(theta)/r": "Tufillaro, Abbott & Griffiths",
+        "r^2 theta'' + 2 r r' theta' + g r sin(theta) = 0": "Tufillaro, Abbott & Griffiths",
     },
 )

@@ -107,7 +107,10 @@ SYSTEM = System(
         ),
     ),
     forms={
-        "m1 q1'' + (k1 + k2) q1 - k2 q2 = 0": "Example 1.1",
-        "V = k1 q1^2/2 + k2 (q2 - q1)^2/2": "Example 1.1, by Lagrange's equations",
+        "m1 q1'' + (k1 + k2) q1 - k2 q2 = 0": "Fundamentals of Dynamics, Example 1.1",
+        "m2 q2'' + k2 (q2 - q1) = F": "Fundamentals of Dynamics, Example 1.1",
+        "V = k1 q1^2/2 + k2 (q2 - q1)^2/2": (
+            "Fundamentals of Dynamics, Example 1.1, by Lagrange's equations"
+        ),
     },
 )

@@ -149,9 +149,12 @@ SYSTEM = System(
         ),
     ),
     forms={
-        (
-            "((m + 2 mw) r^2 + 2 Jw) (b yaw'' + r left'' + r pitch'') - m h r^2 (cos(pitch) "
-            "pitch'' - sin(pitch) pitch'^2 - sin(pitch) yaw'^2) = 0"
-        ): "this library's form, by Maggi's equations",
+        "right' = 2 b yaw'/r + left'": (
+            "Siegwart & Nourbakhsh, Autonomous Mobile Robots, ch. 3: the turn of a differential "
+            "drive"
+        ),
+        "x' = b cos(yaw) yaw' + r cos(yaw) pitch' + r cos(yaw) left'": (
+            "the same, its way ahead; the wheel turns by pitch and left"
+        ),
     },
 )

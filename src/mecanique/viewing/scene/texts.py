@@ -11,7 +11,6 @@ import numpy as np
 from mecanique.derivation import METHODS, derive
 from mecanique.derivation.document import Document
 from mecanique.derivation.equations import Equations
-from mecanique.derivation.printing.letters import letters_of_words
 from mecanique.derivation.printing.prose import spell_greek
 from mecanique.derivation.printing.writers import MathML
 from mecanique.derivation.switching import (
@@ -24,6 +23,7 @@ from mecanique.errors import MecaniqueError
 from mecanique.figure.draw import figure_text
 from mecanique.model.constraints.contacts import SPEAKING
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.letters import letters_of_words
 from mecanique.model.mechanism_units import units
 from mecanique.motion.analysis.forces import TOGETHER, Action
 from mecanique.motion.linear.speeds import expand_start

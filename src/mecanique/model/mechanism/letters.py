@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import final
 
-from mecanique.model.mechanism import Mechanism
-from mecanique.model.random_positions import angles
+from mecanique.errors import InputError, UnknownNameError
+from mecanique.model.mechanism.description import Description, angles
 
 _SPELLED = (
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho sigma "
@@ -56,14 +56,14 @@ _USUAL = {
 """The letter that books have for an angle that is called by a word."""
 
 _SPARE = ("phi", "theta", "psi", "alpha", "beta", "gamma", "chi")
-_OF_COORDINATES = ("", "p_", "P_", "pi_", "Q_", "W_", "δW_")
+_OF_COORDINATES = ("", "p_", "P_", "pi_", "Q_", "W_", "δW_", "sin_", "cos_")
 """Beginnings of the names of a coordinate and of what has it as the subscript."""
 
 _WORD = re.compile(r"(?:(?P<whose>[a-z]{2,})_)?(?P<word>[a-z]{3,})")
 
 
 @lru_cache(maxsize=64)
-def letters_of_words(mechanism: Mechanism) -> Mapping[str, str]:
+def letters_of_words(mechanism: Description) -> Mapping[str, str]:
     """Return a letter for each angle, of the coordinates or given, that is called by a word.
 
     It is the usual one or another that is free; where the word is a body's, or anything's that has
@@ -105,6 +105,38 @@ def to_letter(name: str, letters: Mapping[str, str]) -> str:
     """Return a name, with primes or without, by its letter if it has one."""
     stem = name.rstrip("'")
     return letters.get(stem, stem) + name[len(stem) :]
+
+
+@lru_cache(maxsize=64)
+def _list_names(mechanism: Description) -> Mapping[SplitName, str]:
+    """Return the name of each coordinate by how it is printed."""
+    m, letters = mechanism, letters_of_words(mechanism)
+    names = [*m.coordinates, *m.coordinates.driven, *(v.rstrip("'") for v in m.velocities)]
+    named = {SplitName.of(letters[name]): name for name in names if name in letters}
+    return named | {SplitName.of(name): name for name in names}
+
+
+def to_name(mechanism: Description, typed: str) -> str:
+    """Return the name of a coordinate, or of its rate, that is typed as it is printed.
+
+    ψ or psi is yaw where that is its letter, θ₁ is theta1; what is no such letter is returned.
+    """
+    if not isinstance(typed, str):
+        raise InputError(f"expected values by name, got {typed!r} for a name")
+    stem = typed.rstrip("'")
+    known = stem in mechanism.coordinates or typed in mechanism.velocities
+    named = {} if known else _list_names(mechanism)
+    return named.get(SplitName.of(stem), stem) + typed[len(stem) :]
+
+
+def find_name(
+    mechanism: Description, typed: str, names: Iterable[str], kind: str = "coordinate"
+) -> str:
+    """Return which of some names is typed, as it is or as it is printed, or raise."""
+    name = typed if typed in names else to_name(mechanism, typed)
+    if name not in names:
+        raise UnknownNameError(kind, typed, names)
+    return name
 
 
 _PLAIN = re.compile(r"[a-z]{2,}(_[a-z]{2,})*")
