@@ -14,7 +14,7 @@ from click.testing import CliRunner
 
 import mecanique as mq
 from mecanique.cli import app
-from mecanique.files import recognize, write_whole
+from mecanique.files import recognize, stem_of, write_whole
 
 
 def full(*_: object) -> None:
@@ -34,6 +34,39 @@ def test_a_full_disk_names_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert result.exit_code == 2
     assert f"{tmp_path / 'a.urdf'}" in result.stderr
     assert "No space left on device" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "stem"),
+    [
+        ("rigid_bar_pendulum", "rigid_bar_pendulum"),
+        ("Schubkurbel α", "Schubkurbel_α"),
+        ("../up", "up"),
+        ("..\\up", "up"),
+        ("a/b", "a_b"),
+        ("a:b?", "a_b"),
+        ("CON", "CON_"),
+        ("com1.arm", "com1.arm_"),
+        ("console", "console"),
+        ("x" * 300, "x" * 80),
+        ("//", "mechanism"),
+    ],
+)
+def test_a_file_is_called_after_a_mechanism_and_stays_in_its_folder(
+    name: str, stem: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A robot's file may give it any name."""
+    assert stem_of(name) == stem
+    folder = tmp_path / "here"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    source = tmp_path / "robot.urdf"
+    text = mq.write_urdf(mq.textbook.load("simple_pendulum"))
+    source.write_text(text.replace('name="simple_pendulum"', f'name="{name}"'), encoding="utf-8")
+    result = CliRunner().invoke(app, ["picture", str(source)])
+    assert result.exit_code == 0, result.output
+    assert [path.name for path in tmp_path.rglob("*.svg")] == [f"{stem}.svg"]
+    assert (folder / f"{stem}.svg").is_file()
 
 
 def test_a_missing_folder_is_named_by_the_file(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -35,6 +36,16 @@ def name_file(file: str) -> str:
         if file.startswith(folder):
             return archive + file.removeprefix(folder)
     return file
+
+
+_DEVICE = re.compile(r"(con|prn|aux|nul|(com|lpt)\d)(\..*)?", re.IGNORECASE)
+"""What Windows takes for a device, whatever ending it has."""
+
+
+def stem_of(name: str) -> str:
+    """Return the stem of a file called after a mechanism, in any system's current folder."""
+    stem = re.sub(r"[^\w.-]+", "_", name)[:80].strip("._") or "mechanism"
+    return f"{stem}_" if _DEVICE.fullmatch(stem) else stem
 
 
 @contextmanager

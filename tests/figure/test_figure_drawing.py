@@ -442,6 +442,23 @@ def test_a_robot_of_many_joints_is_drawn_as_its_file_has_it() -> None:
     assert posture(humanoid) == pytest.approx(humanoid.neutral(), rel=1e-12)
 
 
+def test_the_trunk_of_a_robot_without_meshes_joins_its_limbs(tmp_path: Path) -> None:
+    """Each of four legs was drawn by itself; the base of an arm is its support alone."""
+    joined = []
+    for name in ("solo12", "panda"):
+        source = Path(mq.robot(name)).read_text(encoding="utf-8")
+        file = tmp_path / f"{name}.urdf"
+        file.write_text(source.replace("package://", "package://nowhere_"), encoding="utf-8")
+        robot = mq.read_urdf(file)
+        at = setting(robot, mq.Reference(robot), posture(robot), np.zeros(robot.nv), 0.0)
+        trunk = at.at(robot.ground)
+        seats = [at.seat_at(joint) for joint in robot.joints if joint.parent == robot.ground]
+        lines = [m.points for m in figure(at) if isinstance(m, Stroke) and len(m.points) == 2]
+        ends = [line[1] for line in lines if np.allclose(line[0], trunk, rtol=0, atol=1e-9)]
+        joined.append(sum(bool(np.isclose(seats, end).all(axis=1).any()) for end in ends))
+    assert joined == [4, 0]
+
+
 @pytest.mark.parametrize(
     ("name", "ways"),
     [

@@ -48,6 +48,27 @@ def is_across(ends: tuple[float, float]) -> bool:
     return ends[0] >= 0 and ends[1] <= PHONE["width"]
 
 
+@pytest.mark.parametrize("size", [(860, 600), (860, 700), (1280, 800)])
+def test_what_moves_keeps_clear_of_the_bars(
+    pendulum: Scene, show: Callable[..., Visit], size: tuple[int, int]
+) -> None:
+    """Their buttons wrap in a notebook's frame, and once the scale of the arrows is told."""
+    seen = show(pendulum, viewport=dict(zip(("width", "height"), size, strict=True)))
+    seen.settle(5)
+    places = seen.js(
+        """() => {
+            const { camera, stage } = mecanique;
+            const { min, max } = camera.box;
+            const corners = [min.x, max.x].flatMap((x) =>
+                [min.y, max.y].flatMap((y) => [min.z, max.z].map((z) => stage.project([x, y, z]))));
+            return corners.map(([, down]) => stage.pane.getBoundingClientRect().top + down);
+        }"""
+    )
+    assert extent(seen, "#tools", "y", "height")[1] <= min(places)
+    assert max(places) <= extent(seen, "#forces", "y", "height")[0]
+    seen.clean()
+
+
 @pytest.mark.parametrize("across", [0.0, 12.0, -12.0])
 def test_a_body_is_taken_within_twelve_pixels_and_does_not_jump(
     pendulum: Scene, show: Callable[..., Visit], across: float

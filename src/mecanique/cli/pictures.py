@@ -20,6 +20,7 @@ from mecanique.cli.printing import (
     working,
 )
 from mecanique.cli.words import Chosen, find_file, report_errors, simulate_motion, takes_system
+from mecanique.files import stem_of
 from mecanique.wording import say_count
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ def run(
     say("")
     heading("Motion")
     say(motion.summary())
-    path = output or Path(f"{mechanism.name}.html")
+    path = output or Path(f"{stem_of(mechanism.name)}.html")
     with working(f"Writing {path}"):
         mq.export(motion, path, equations=equations, verdict=verdict)
     say("")
@@ -97,7 +98,7 @@ def _derive(mechanism: mq.Mechanism) -> tuple[mq.Equations | Modes | None, str]:
 def export(chosen: Chosen, output: Path | None, duration: float | None, rtol: float) -> None:
     """Write a motion as one offline page with its verdict."""
     motion = simulate_motion(chosen, duration, rtol)
-    path = output or Path(f"{chosen.mechanism.name}.html")
+    path = output or Path(f"{stem_of(chosen.mechanism.name)}.html")
     with working(f"Writing {path}"):
         mq.export(motion, path)
     say(f"Wrote {path}")
@@ -188,7 +189,7 @@ def picture(
     rtol: float,
 ) -> None:
     """Draw a system as a textbook figure, or one body cut free."""
-    path = output or Path(f"{chosen.mechanism.name}.svg")
+    path = output or Path(f"{stem_of(chosen.mechanism.name)}.svg")
     if time is None and free_body is None and not (chosen.q or chosen.v):
         from mecanique.figure.setting import posture
 

@@ -782,9 +782,15 @@ def solid_marks(setting: Setting, body: str | None = None) -> Iterator[Mark]:
 
 
 def _links(setting: Setting) -> Iterator[Mark]:
-    """Lines along bodies without solids, from joint to joint, and along extended slides."""
-    mechanism = setting.mechanism
-    shown = {solid.body for solid in setting.solids} | {mechanism.ground}
+    """Lines along bodies without solids, from joint to joint, and along extended slides.
+
+    A ground that has a mass and carries several limbs is the trunk of a robot, which joins them.
+    """
+    mechanism, ground = setting.mechanism, setting.mechanism.ground
+    shown = {solid.body for solid in setting.solids}
+    if [joint.parent for joint in mechanism.joints].count(ground) < 2:
+        shown.add(ground)
+    shown |= {b.name for b in mechanism.bodies if b.name == ground and is_zero(b.mass)}
     lines = [force for force in mechanism.forces if isinstance(force, LineLoad)]
     sprung = {body for line in lines if line.kind != "load" for body in line.bodies}
     pulled = {body for line in lines for body in line.bodies} - sprung

@@ -119,7 +119,7 @@ def _unpack(archive: Path) -> Path:
 def _unpack_file(file: zipfile.ZipFile, info: zipfile.ZipInfo, folder: Path, archive: Path) -> None:
     """Unpack one file; no more of it is read than the size it states."""
     parts = PurePosixPath(info.filename.replace("\\", "/")).parts
-    if not parts or ".." in parts or parts[0].startswith("/") or ":" in parts[0]:
+    if not parts or ".." in parts or parts[0].startswith("/") or any(p[1:2] == ":" for p in parts):
         raise InputError(f"{archive}: {info.filename!r} leaves the archive")
     target = folder.joinpath(*parts)
     target.parent.mkdir(parents=True, exist_ok=True)

@@ -36,6 +36,7 @@ from numpy.typing import NDArray
 
 from mecanique.arrays import spread
 from mecanique.errors import EngineError, InputError
+from mecanique.files import stem_of
 from mecanique.model.quaternions import conjugate, turn
 from mecanique.urdf.meshes import Surface, read_mesh
 from mecanique.viewing.page.panels import badge, fill, panels, read_asset, safe
@@ -437,8 +438,7 @@ def _header(scene: Scene) -> dict[str, Any]:
     number = {body.name: k for k, body in enumerate(scene.bodies)}
     ledger = scene.document.ledger
     return {
-        "fileName": re.sub(r"[^\w.-]+", "_", scene.document.file_name)[:80].strip("._")
-        or "mechanism",
+        "fileName": stem_of(scene.document.file_name),
         "planar": scene.planar,
         "ground": scene.ground,
         "bounds": None if scene.bounds is None else scene.bounds.tolist(),

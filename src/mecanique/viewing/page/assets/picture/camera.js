@@ -14,7 +14,11 @@ export class Camera {
     camera.near = 0.02 * stage.size;
     camera.far = 60 * stage.size;
     stage.viewer.controls.addEventListener("start", () => this.chosen(null));
-    stage.onresize = () => this.preset && this.look(this.preset);
+    const refit = () => this.preset && this.look(this.preset);
+    stage.onresize = refit;
+    // a bar that wraps, as once the scale of the arrows is told, leaves less of the picture
+    const bars = new ResizeObserver(refit);
+    for (const id of ["tools", "forces"]) bars.observe(document.getElementById(id));
   }
 
   chosen(preset) {
