@@ -38,14 +38,12 @@ def name_file(file: str) -> str:
     return file
 
 
-_DEVICE = re.compile(r"(con|prn|aux|nul|(com|lpt)\d)(\..*)?", re.IGNORECASE)
-"""What Windows takes for a device, whatever ending it has."""
-
-
 def stem_of(name: str) -> str:
     """Return the stem of a file called after a mechanism, in any system's current folder."""
     stem = re.sub(r"[^\w.-]+", "_", name)[:80].strip("._") or "mechanism"
-    return f"{stem}_" if _DEVICE.fullmatch(stem) else stem
+    # devices of Windows, whatever ending they have
+    device = re.fullmatch(r"(con|prn|aux|nul|(com|lpt)\d)(\..*)?", stem, re.IGNORECASE)
+    return f"{stem}_" if device else stem
 
 
 @contextmanager

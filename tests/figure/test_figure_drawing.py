@@ -455,7 +455,9 @@ def test_the_trunk_of_a_robot_without_meshes_joins_its_limbs(tmp_path: Path) -> 
         seats = [at.seat_at(joint) for joint in robot.joints if joint.parent == robot.ground]
         lines = [m.points for m in figure(at) if isinstance(m, Stroke) and len(m.points) == 2]
         ends = [line[1] for line in lines if np.allclose(line[0], trunk, rtol=0, atol=1e-9)]
-        joined.append(sum(bool(np.isclose(seats, end).all(axis=1).any()) for end in ends))
+        joined.append(
+            sum(bool(np.isclose(seats, end, rtol=0, atol=1e-9).all(axis=1).any()) for end in ends)
+        )
     assert joined == [4, 0]
 
 

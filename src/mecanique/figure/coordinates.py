@@ -31,7 +31,7 @@ from mecanique.figure.paper.marks import (
     rich,
     unit,
 )
-from mecanique.figure.setting import CONE, RING, Setting, is_zero
+from mecanique.figure.setting import CONE, RING, Setting
 from mecanique.figure.solids import Floats, Outline, list_branch, radius_of, unit3
 from mecanique.model import quaternions
 from mecanique.model.bodies import Body
@@ -43,6 +43,7 @@ from mecanique.model.expression import Vector, plain, symbols_in
 from mecanique.model.force_base import LineLoad
 from mecanique.model.joint_base import Single
 from mecanique.model.joints import Joint, Prismatic, Revolute
+from mecanique.model.placement import is_zero
 
 MEASURED_LENGTH, MEASURED_RADIUS = 40.0, 18.0
 """Shorter lengths on paper get no dimension [pt]."""

@@ -34,7 +34,7 @@ from mecanique.figure.paper.marks import (
     spring,
     unit,
 )
-from mecanique.figure.setting import Setting, is_zero
+from mecanique.figure.setting import Setting
 from mecanique.figure.solids import (
     Floats,
     Outline,
@@ -59,6 +59,7 @@ from mecanique.model.force_base import (
 from mecanique.model.joint_base import Single
 from mecanique.model.joints import Joint, Prismatic, Revolute, Spherical, Universal
 from mecanique.model.parameters import Parameter
+from mecanique.model.placement import is_zero
 from mecanique.motion.analysis.forces import Action, Actions
 
 DOWN = np.array([0.0, 1.0])
@@ -788,9 +789,9 @@ def _links(setting: Setting) -> Iterator[Mark]:
     """
     mechanism, ground = setting.mechanism, setting.mechanism.ground
     shown = {solid.body for solid in setting.solids}
-    if [joint.parent for joint in mechanism.joints].count(ground) < 2:
+    limbs = [joint.parent for joint in mechanism.joints].count(ground)
+    if limbs < 2 or is_zero(mechanism.body(ground).mass):
         shown.add(ground)
-    shown |= {b.name for b in mechanism.bodies if b.name == ground and is_zero(b.mass)}
     lines = [force for force in mechanism.forces if isinstance(force, LineLoad)]
     sprung = {body for line in lines if line.kind != "load" for body in line.bodies}
     pulled = {body for line in lines for body in line.bodies} - sprung

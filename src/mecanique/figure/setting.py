@@ -28,6 +28,7 @@ from mecanique.model.expression import Scalar
 from mecanique.model.force_base import LineLoad
 from mecanique.model.mechanism.letters import letters_of_words, to_letter
 from mecanique.model.mechanism_units import units
+from mecanique.model.placement import is_zero
 from mecanique.reference import Reference
 
 WIDTH, HEIGHT = 400.0, 300.0
@@ -251,11 +252,6 @@ def _trim_plates(
         arm, size, corners = span_box(middle, axes, (high - low) / 2)
         ends = np.array([middle - arm, middle + arm])
         yield replace(solid, ends=ends, size=size, corners=corners, pose=pose)
-
-
-def is_zero(scalar: Scalar) -> bool:
-    """Return whether a scalar of the description is the number zero."""
-    return isinstance(scalar, (int, float)) and scalar == 0
 
 
 ANGLES = (0.55, 0.95, 0.75, 1.15)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple, final
 
 from mecanique.derivation.mechanics.contacts import ConstraintRow, velocity_rows
@@ -68,10 +68,7 @@ def label_rows(mechanism: Mechanism) -> list[RowLabel]:
 
 def loops_of(letters: Letters, recursion: TreeRecursion) -> Loops:
     """Return the equations of a mechanism's loops, contacts and velocity constraints."""
-
-    def angle(y: Any, x: Any) -> Any:
-        return letters.call("atan2", y, x)
-
+    angle = partial(letters.call, "atan2")
     residual: list[Any] = []
     for loop in letters.mechanism.loops:
         residual += closure(loop, recursion.ground, angle)

@@ -81,9 +81,6 @@ class Jet:
     def __neg__(self) -> Jet:
         return Jet(-self.c)
 
-    def __pos__(self) -> Jet:
-        return self
-
     def __sub__(self, other: Any) -> Jet:
         return self.__add__(-other)
 

@@ -208,9 +208,6 @@ class Series:
     def __neg__(self) -> Series:
         return Series(self.ring, negative(self.parts), self.denominator, self.reach)
 
-    def __pos__(self) -> Series:
-        return self
-
     def __sub__(self, other: object) -> Series:
         return self + -self._lift(other)
 

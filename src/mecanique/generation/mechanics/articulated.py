@@ -11,6 +11,7 @@ multipliers of a loop, as soon as it has passed more joints than it has equation
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, final
 
 import numpy as np
@@ -36,6 +37,7 @@ from mecanique.generation.mechanics.constrained import (
     weakness,
 )
 from mecanique.model.constraints.loops import CLOSED, Loop
+from mecanique.model.placement import is_zero
 from mecanique.model.states import States
 from mecanique.program.solving import factorize
 from mecanique.program.sweeps import push_forward, substitute
@@ -190,7 +192,7 @@ class Articulated:
         carried = [dot(row, motion) for row in inertia]
         total = dot(carried, motion) + self._links[place].armature
         pushed = {row: dot(direction, motion) for row, direction in active.items()}
-        pushed = {row: push for row, push in pushed.items() if not _is_zero(push)}
+        pushed = {row: push for row, push in pushed.items() if not is_zero(push)}
         return _JointStep(index, place, motion, carried, total, pushed)
 
     def _drop(
@@ -331,11 +333,8 @@ def _slopes_of(loop: Loop, letters: Letters, recursion: TreeRecursion) -> dict[i
         seat = seats[body]
         return product(free[seat.place], seat.pose) if seat.place >= 0 else seat.pose
 
-    def angle(y: Any, x: Any) -> Any:
-        return letters.call("atan2", y, x)
-
     ground = ground_of(pose, recursion.chart.r, letters.arithmetic)
-    gaps = values_of(closure(loop, ground, angle))
+    gaps = values_of(closure(loop, ground, partial(letters.call, "atan2")))
     slopes: dict[int, list[Six]] = {}
     for place in places:
         columns = []
@@ -386,7 +385,3 @@ def _add_square(matrix: Rows, vector: Six, factor: Any) -> None:
         for k in range(i + 1):
             total = matrix[i][k] + factor * x * vector[k]
             matrix[i][k] = matrix[k][i] = float(total) if isinstance(total, int) else total
-
-
-def _is_zero(entry: Any) -> bool:
-    return isinstance(entry, (int, float)) and entry == 0

@@ -37,10 +37,6 @@ def _piece(mass: float, inertia: float, center: tuple[float, float]) -> mq.Shape
     )
 
 
-def _arm(x: float, z: float) -> mq.Shape:
-    return mq.bar(hypot(x, z), (x, 0, z), radius=0.002)
-
-
 centers = ((RA, 0), (-DA, 0), (SB, -SA), (0, EA - E), (TA, TB), (ZF - FA, 0), (-UB, -UA))
 arms = (
     ((RR, 0),),
@@ -54,7 +50,8 @@ arms = (
 bodies = []
 for k in range(7):
     piece = _piece(MASSES[k], INERTIAS[k], centers[k])
-    bodies.append(mq.Body(f"K{k + 1}", piece, *(_arm(x, z) for x, z in arms[k])))
+    rods = [mq.bar(hypot(x, z), (x, 0, z), radius=0.002) for x, z in arms[k]]
+    bodies.append(mq.Body(f"K{k + 1}", piece, *rods))
 
 mechanism = mq.Mechanism(
     name="squeezer",

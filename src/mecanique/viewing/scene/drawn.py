@@ -61,7 +61,7 @@ def title_of(mechanism: Mechanism) -> str:
 
 def _join(mechanism: Mechanism, name: str) -> Iterator[SceneShape]:
     """A link whose mesh is not there: rods from its joint to the next ones, or to its center."""
-    body = next(body for body in mechanism.bodies if body.name == name)
+    body = mechanism.body(name)
     mass = float(mechanism.evaluate(body.mass))
     joints = [joint for joint in mechanism.joints if joint.parent == name]
     ends = [np.array(mechanism.evaluate_all(joint.origin.xyz)) for joint in joints]

@@ -7,13 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from mecanique.figure.setting import is_zero
 from mecanique.figure.solids import FRONT, cord_stretches, moves_parallel
 from mecanique.model import Contact, Mechanism
 from mecanique.model.constraint_base import PressingContact, Striking
 from mecanique.model.force_base import End
 from mecanique.model.mechanism_units import per_second, units
-from mecanique.model.placement import pose_at
+from mecanique.model.placement import is_zero, pose_at
 from mecanique.model.quaternions import from_matrices
 from mecanique.motion.analysis.forces import Action, Actions
 from mecanique.motion.motion import Motion
