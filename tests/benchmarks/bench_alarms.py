@@ -58,7 +58,7 @@ LOT = 5
 """Candidates drawn at once; to close the loops of each is what takes most of the time."""
 
 
-sys.path += [str(Path(__file__).parents[1] / room) for room in ("model", "rolling")]
+sys.path += [str(Path(__file__).parents[1]), str(Path(__file__).parents[1] / "model")]
 
 import rolling_samples as rolls  # noqa: E402  # found by the line before
 import test_model_belts as belts  # noqa: E402

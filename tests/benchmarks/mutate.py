@@ -1,17 +1,20 @@
-"""How many changes of one operator the tests of the core catch. Run by hand.
+"""How many changes of one operator the tests of the core catch, and those of its room. Run by hand.
 
     python tests/benchmarks/mutate.py [NUMBER] [--seed SEED] [--room ROOM] [--again OUTPUT]
         [--tests FILE …]
 
 Takes NUMBER places of the rooms where laws stand at random and changes one operator at each: a
 sign, + for −, · for /, a product's order, a comparison, an index or a number. Each change meets the
-tests that run its line, fastest first, then the others of their files, those of its room before all
-others, in a fork of a process that has collected all tests; the code of the loaded functions is
-exchanged, nothing is written into the source. A test that fails, or that never ends, has caught the
-change. Text is left alone: strings, error messages, functions that return a string. A part of a run
-is a fair sample: the order is random.
---room changes one room alone, --again tries what survived a former run once more, --tests meets
-them with these tests alone.
+tests that run its line, fastest first, then the others of their files, in a fork of a process that
+has collected all tests; the code of the loaded functions is exchanged, nothing is written into the
+source. A test that fails, or that never ends, has caught the change. Text is left alone: strings,
+error messages, functions that return a string. A part of a run is a fair sample: the order is
+random.
+A change meets the tests of the room that owns its law first (OWNERS), and those of others only if
+it passes these. So each is "caught" by the owner, caught "elsewhere", or has SURVIVED; at the end
+stand both rates, that of the owners and that of all tests.
+--room changes one room alone, --again tries what passed the owner's tests in a former run once
+more, --tests meets them with these tests alone.
 """
 
 from __future__ import annotations
@@ -49,18 +52,19 @@ import sympy  # noqa: F401
 
 ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src"
-ROOMS = (
-    "derivation",
-    "reference",
-    "verification",
-    "model",
-    "program",
-    "generation/mechanics",
-)
+OWNERS = {
+    "derivation": "derivation",
+    "reference": "reference",
+    "verification": "verification",
+    "model": "model",
+    "program": "program",
+    "generation/mechanics": "generation",
+}
+"""The folder of tests, by the room whose laws they hold."""
+ROOMS = tuple(OWNERS)
 TEXT = ("derivation/printing", "derivation/document", "derivation/glossary")
 SUITES = [
-    *(str(ROOT / "tests" / room) for room in ("derivation", "reference", "verification", "model")),
-    *(str(ROOT / "tests" / room) for room in ("generation", "rolling", "textbook")),
+    *(str(ROOT / "tests" / folder) for folder in (*OWNERS.values(), "rolling", "textbook")),
     *(str(ROOT / "tests" / f"test_{name}.py") for name in ("forces", "potentials")),
     *(str(ROOT / "tests" / "motion" / f"test_motion_{name}.py") for name in ("loops", "linear")),
     *(
@@ -70,7 +74,7 @@ SUITES = [
 ]
 """Those of the core, of what is derived and generated, and of motions singular and in letters."""
 ENOUGH = 30
-"""CPU seconds of tests of its room that a change meets, the fastest first, and of others."""
+"""CPU seconds of its owner's tests that a change meets, the fastest first, and of others."""
 PATIENCE = 20
 """CPU seconds that these may take beyond five times what they take with nothing changed."""
 MEMORY = 6 * 2**30
@@ -93,7 +97,7 @@ OPERATORS: dict[type, type] = {
 WITHOUT_SHRINKING = (hypothesis.Phase.explicit, hypothesis.Phase.generate)
 """A test of random cases that fails once has caught the change."""
 
-SURVIVED = "SURVIVED"
+SURVIVED, ELSEWHERE = "SURVIVED", "elsewhere"
 
 EQUIVALENT = {
     tuple(entry.splitlines()[:3])
@@ -226,6 +230,12 @@ def change_at(path: Path, number: int) -> Change:
     )
 
 
+def owner_of(path: Path) -> str:
+    """Return the folder of tests that owns what a module states."""
+    inside = path.relative_to(SOURCE / "mecanique")
+    return next(folder for room, folder in OWNERS.items() if inside.is_relative_to(room))
+
+
 def file_of(test: str) -> str:
     """Return the file of a test."""
     return test.split("::")[0]
@@ -248,8 +258,8 @@ class Record(NamedTuple):
         }
         return cls(found["seconds"], tests)
 
-    def covering(self, change: Change) -> list[str]:
-        """Return the tests that run what was changed, then those beside, of its room and others."""
+    def covering(self, change: Change) -> tuple[list[str], list[str]]:
+        """Return the owner's tests that run what was changed, then those beside; and all others."""
         of_module = self.tests.get(str(change.path.relative_to(ROOT)), {})
         lines = of_module if change.at_import else change.lines
         direct = {test for line in lines for test in of_module.get(line, ())}
@@ -257,12 +267,12 @@ class Record(NamedTuple):
         files = {file_of(test) for test in direct}
         files |= SHARING if files & SHARING else set()
         beside = {test for test in self.seconds if file_of(test) in files} - direct
-        room = f"tests/{change.path.relative_to(SOURCE / 'mecanique').parts[0]}/"
-        own = {test for test in direct | beside if test.startswith(room)}
-        return [
-            *self._fastest(direct & own, beside & own),
-            *self._fastest(direct - own, beside - own),
-        ]
+        folder = f"tests/{owner_of(change.path)}/"
+        own = {test for test in direct | beside if test.startswith(folder)}
+        return (
+            self._fastest(direct & own, beside & own),
+            self._fastest(direct - own, beside - own),
+        )
 
     def _fastest(self, *groups: set[str]) -> list[str]:
         """Return as many tests of the groups, one after the other, as time is enough for."""
@@ -353,26 +363,34 @@ class Mutation:
         count: Counter[str] = Counter()
         for number, (path, place) in enumerate(self._drawn, 1):
             change = change_at(path, place)
-            tests = noted.covering(change)
-            usual = sum(noted.seconds[test] for test in tests)
+            own, others = noted.covering(change)
+            outcome = SURVIVED
             if change.key in EQUIVALENT:
                 outcome = "equivalent"
-            elif tests and fork(partial(meet, session, change, tests, usual)) != 0:
+            elif self._caught(session, change, own, noted):
                 outcome = "caught"
-            else:
-                outcome = SURVIVED
+            elif self._caught(session, change, others, noted):
+                outcome = ELSEWHERE
             count[outcome] += 1
             where = f"{path.relative_to(SOURCE / 'mecanique')}:{change.lines.start}"
-            self._say(f"{number:4} {outcome:10} {len(tests):4} tests  {where}  {change.text}")
-            if outcome == SURVIVED:
+            tests = f"{len(own):4} of the owner's, {len(others):4} other tests"
+            self._say(f"{number:4} {outcome:10} {tests}  {where}  {change.text}")
+            if outcome in (SURVIVED, ELSEWHERE):
                 self._say(f"       {change.code}")
-        met = max(count["caught"] + count[SURVIVED], 1)
+        by_owner, anywhere = count["caught"], count["caught"] + count[ELSEWHERE]
+        met = max(anywhere + count[SURVIVED], 1)
         self._say(
-            f"{len(self._drawn)} tried, {count['caught']} caught, "
-            f"{count['equivalent']} equivalent, {count[SURVIVED]} open: "
-            f"{count['caught'] / met:.1%} of those that are not equivalent are caught"
+            f"{len(self._drawn)} tried, {by_owner} caught by the owner's tests, "
+            f"{count[ELSEWHERE]} elsewhere, {count['equivalent']} equivalent, "
+            f"{count[SURVIVED]} open: of those that are not equivalent {by_owner / met:.1%} are "
+            f"caught by the owner's tests, {anywhere / met:.1%} by any"
         )
         return True
+
+    @staticmethod
+    def _caught(session: pytest.Session, change: Change, tests: list[str], noted: Record) -> bool:
+        usual = sum(noted.seconds[test] for test in tests)
+        return bool(tests) and fork(partial(meet, session, change, tests, usual)) != 0
 
     def _say(self, line: str) -> None:
         print(line, file=self._out, flush=True)
@@ -438,12 +456,12 @@ def note(session: pytest.Session, into: Path) -> int:
 
 
 def again(output: Path) -> Iterator[tuple[Path, int]]:
-    """Yield the places of what survived a former run, wherever their modules are now."""
+    """Yield the places of what the owner's tests passed in a former run, wherever they are now."""
     printed = output.read_text(encoding="utf-8").splitlines()
     lost = [
         (*line.split("  ")[-2:], code.strip())
         for line, code in pairwise(printed)
-        if SURVIVED in line
+        if SURVIVED in line or ELSEWHERE in line
     ]
     wanted = {(Path(where.split(":")[0]).stem, code, change) for where, change, code in lost}
     for path in modules():
@@ -477,7 +495,9 @@ def main() -> None:
     asked.add_argument("number", type=int, nargs="?", default=300)
     asked.add_argument("--seed", type=int, default=1)
     asked.add_argument("--room", choices=ROOMS, help="what to change; all of them by default")
-    asked.add_argument("--again", type=Path, help="try what survived in this output once more")
+    asked.add_argument(
+        "--again", type=Path, help="try what the owner's tests passed in this output again"
+    )
     asked.add_argument("--tests", nargs="+", default=SUITES, help="files or folders")
     asked.add_argument("--record", type=Path, help="the file of what these tests run")
     given = asked.parse_args()

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import cos, sin
 
 import numpy as np
 import pytest
 import sympy
+from rolling_samples import ALL, coin
 
 import mecanique as mq
+from mecanique.errors import EngineError
 from mecanique.model import (
     Body,
     Floating,
@@ -24,6 +27,8 @@ from mecanique.model import (
     time,
 )
 from mecanique.reference import Reference, assemble
+from mecanique.reference.loops.closed import Closed
+from mecanique.verification.states import random_states
 
 SIDE, RATE = 0.3, 2.0
 
@@ -159,3 +164,39 @@ def test_a_wheel_rolls_on_a_plate_in_gimbals() -> None:
 
     slopes = (8 * (rate(h) - rate(-h)) - (rate(2 * h) - rate(-2 * h))) / (12 * h)
     np.testing.assert_allclose(reference.constraint_bias(q, v), slopes, rtol=1e-7, atol=1e-8)
+
+
+@pytest.mark.parametrize("mechanism", ALL.values(), ids=ALL)
+def test_rates_of_rows_are_those_of_differences_while_bodies_slip(mechanism: Mechanism) -> None:
+    """The directions of a contact turn, which shows in γ where the velocity there is not zero."""
+    states = random_states(mechanism, 5, 1)
+    slips = np.random.default_rng(2).normal(size=states.v.shape)
+    closed = Reference(mechanism).closed
+    assert closed is not None
+    for q, v, t in zip(states.q, states.v + slips, states.t, strict=True):
+        found = closed.closures.at(q, v, t).gamma
+        rate = rate_of_rows(closed, q, v, t)
+        np.testing.assert_allclose(found, rate, rtol=1e-6, atol=1e-6 * (1 + np.abs(rate).max()))
+
+
+def rate_of_rows(closed: Closed, q: np.ndarray, v: np.ndarray, t: float) -> np.ndarray:
+    """Differences of J v + b along q' = q'(v) with v constant, which are γ."""
+    h = 1e-5
+    after, before = (closed.closures.at(q + s * closed.rates(q, v), v, t + s) for s in (h, -h))
+    change = after.jacobian @ v + after.drift - before.jacobian @ v - before.drift
+    return np.asarray(change / (2 * h))
+
+
+def test_each_contact_and_each_constraint_owns_its_rows() -> None:
+    extra = [
+        VelocityConstraint("guided", {"spin": 1.0, "yaw": -coordinate("lean")}),
+        VelocityConstraint("led", {"x": 1.0, "yaw": coordinate("y")}),
+    ]
+    closed = Reference(replace(coin(), velocity_constraints=tuple(extra))).closed
+    assert closed is not None
+    assert closed.closures.owner.tolist() == [0, 0, 0, 1, 2]
+
+
+def test_a_wheel_off_its_plane_is_refused() -> None:
+    with pytest.raises(EngineError, match="a wheel is off its plane"):
+        Reference(coin()).acceleration({"z": 0.7})

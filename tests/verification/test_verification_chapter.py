@@ -171,6 +171,7 @@ def test_a_false_statement_is_detected() -> None:
 def test_the_command_prints_text_and_json(
     every_row: tuple[ChapterRow, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("mecanique.verification.chapter.register", lambda: every_row)
     text = CliRunner().invoke(app, ["book"])
     assert text.exit_code == 0
     assert (
@@ -179,7 +180,6 @@ def test_the_command_prints_text_and_json(
     )
     assert "12 in error as printed (sect. 1.2 a, after 1.3," in text.output
     assert "; 11 points not checked" in text.output
-    monkeypatch.setattr("mecanique.verification.chapter.register", lambda: every_row)
     data = json.loads(CliRunner().invoke(app, ["book", "--json"]).output)
     assert {row["number"] for row in data if row["holds"] is False} == ERRORS | WRONG_IN_WORDS
     assert sum(row["holds"] is None for row in data) == 11

@@ -212,3 +212,18 @@ def stone() -> Mechanism:
         gravity=(0, 0, -9.81),
         contacts=(below,),
     )
+
+
+ALL = {
+    "coin": coin(),
+    "edge": wheel(),
+    "crowned_wheel_on_a_slope": wheel(0.1, Placement((0, 0, 0.1), (0.2, 0.3, 0.1))),
+    "turntable": turntable(),
+    "sleigh": sleigh(),
+    "velocity_constraint": sleigh(by_element=False),
+    "bowl": bowl(plane=Placement((0, 0, 0.1), (0.2, 0.3, 0.1))),
+    "dome": bowl(-2.0),
+    "turning_bowl": turning_bowl(),
+    "ellipsoid": stone(),
+}
+"""A sample of every law of contact."""

@@ -1,0 +1,157 @@
+"""Facts of any kind: true ones hold, wrong ones are detected, those without a value do neither."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mecanique.errors import InputError, UnknownNameError
+from mecanique.textbook import entry
+from mecanique.textbook.facts import (
+    Acceleration,
+    Conserved,
+    Eigenvalues,
+    Fact,
+    Frequencies,
+    KineticEnergy,
+    MassMatrix,
+    Period,
+    Reaction,
+    Solution,
+    StabilityLimit,
+    Steady,
+    Values,
+)
+from mecanique.verification.facts import FactRow, _frequencies, _period, check_facts
+
+TRUE: dict[str, Fact] = {
+    "Frequencies": Frequencies("", lambda s: [math.sqrt(1.5 * s.g / s.l)]),
+    "Eigenvalues": Eigenvalues("", lambda s: [1j * math.sqrt(1.5 * s.g / s.l)]),
+    "MassMatrix": MassMatrix("", lambda s: [[s.m * s.l**2 / 3]]),
+    "Steady": Steady("", {"q": math.pi}),
+    "Conserved, by time": Conserved("", lambda s: s.q - s["q'"] * s.t, given={"g": 0.0}),
+}
+
+WRONG: dict[str, Fact] = {
+    "Acceleration": Acceleration("", lambda s: [-1.500001 * s.g / s.l * np.sin(s.q)]),
+    "MassMatrix": MassMatrix("", lambda s: [[s.m * s.l**2 / 3.000001]]),
+    "KineticEnergy": KineticEnergy("", lambda s: s.m * s.l**2 * s["q'"] ** 2 / 6.000001),
+    "Reaction": Reaction("", "pin", lambda s: [0.0, 0.0, s.m * s.g]),
+    "Conserved": Conserved("", lambda s: s.l * s["q'"] ** 2 / 6 - s.g * np.cos(s.q) / 2.000001),
+    "Conserved, a mere number": Conserved("", lambda s: s.m * s.g),
+    "Solution": Solution(
+        "", {"q": 0.1}, lambda s: {"q": 0.1 * np.cos(math.sqrt(1.5 * 9.81) * s.t)}, lambda s: 2.0
+    ),
+    "Period, linearized": Period(
+        "", {"q": 0.1}, lambda s: 2 * math.pi * math.sqrt(2 * s.l / (3 * s.g))
+    ),
+    "Frequencies": Frequencies("", lambda s: [math.sqrt(s.g / s.l)]),
+    "Eigenvalues": Eigenvalues("", lambda s: [1j * math.sqrt(s.g / s.l)]),
+    "Steady": Steady("", {"q": 3.14159}),
+    "StabilityLimit": StabilityLimit("", "g", lambda s: 1.0, stable="above"),
+}
+
+
+@pytest.mark.parametrize("kind", TRUE)
+def test_a_true_fact_holds(kind: str) -> None:
+    (row,) = check_facts(replace(entry("rigid_bar_pendulum"), facts=(TRUE[kind],)))
+    assert row.holds, row.residual
+
+
+@pytest.mark.parametrize("kind", WRONG)
+def test_a_wrong_fact_is_detected(kind: str) -> None:
+    (row,) = check_facts(replace(entry("rigid_bar_pendulum"), facts=(WRONG[kind],)))
+    assert row.kind == type(WRONG[kind]).__name__
+    assert row.residual > 1e-8
+    assert not row.holds
+
+
+def test_a_fact_without_a_value_neither_holds_nor_fails() -> None:
+    for fact in (
+        MassMatrix("", lambda s: [[np.sqrt(-s.m)]]),
+        Steady("", lambda s: {"q": np.arccos(s.m + 1)}),
+        Solution("", {}, lambda s: {"q": 1 / (s.m - s.m)}, lambda s: 1.0),
+    ):
+        (row,) = check_facts(replace(entry("rigid_bar_pendulum"), facts=(fact,)))
+        assert math.isnan(row.residual)
+        assert row.reason
+        assert not row.holds
+        assert not row.fails
+
+
+@pytest.mark.parametrize(("light", "residual"), [(1.0, 1e-4), (1e-12, 0.0)])
+def test_a_difference_within_the_rounding_of_a_mass_matrix_is_none(
+    light: float, residual: float
+) -> None:
+    M = np.diag([1.0, light])
+    bench: Any = SimpleNamespace(
+        stiffness=lambda at: (M, M),
+        squares=lambda at: np.ones(2),
+        numbers=lambda *state: None,
+        state=lambda at: (None, None),
+    )
+    fact = Frequencies("", lambda s: [1.0, math.sqrt(1 + 1e-4)])
+    assert _frequencies(bench, fact) == pytest.approx(residual, rel=1e-3)
+
+
+def test_two_periods_are_not_the_period() -> None:
+    (period,) = (fact for fact in entry("rigid_bar_pendulum").facts if isinstance(fact, Period))
+    twice = replace(period, seconds=lambda s: 2 * period.seconds(s))
+    (row,) = check_facts(replace(entry("rigid_bar_pendulum"), facts=(twice,)))
+    assert row.residual == math.inf
+
+
+def test_what_a_period_misses_is_relative_to_each_coordinates_size() -> None:
+    """Of two coordinates, 200 and 4 at most, 0.01 and 0.001 are missed; what rests has no size."""
+    way = np.array([[100.0, 4, 0], [150, 2, 0], [200, 1, 0], [150, 0, 0], [120, 1, 0]])
+    way = np.vstack([way, [[110, 2, 0], [100.01, 4.001, 0]]])
+    bench: Any = SimpleNamespace(
+        constants={}, state=lambda at: (np.zeros(2), np.zeros(1)), flow=lambda q, v, times: way
+    )
+    fact = Period("", {}, lambda s: 1.0)
+    assert _period(bench, fact) == pytest.approx(0.001 / 4.001, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["bead_on_hoop", "kapitza_pendulum", "bar_chain"])
+def test_a_limit_of_stability_knows_its_side_and_its_value(name: str) -> None:
+    (limit,) = (fact for fact in entry(name).facts if isinstance(fact, StabilityLimit))
+    other = replace(limit, stable="above" if limit.stable == "below" else "below")
+    off = replace(limit, formula=lambda s: limit.formula(s) * 1.001)
+    rows = check_facts(replace(entry(name), facts=(limit, other, off)))
+    assert rows[0].holds
+    assert rows[1].residual == math.inf
+    assert rows[2].residual == pytest.approx(1e-3, rel=0.1)
+
+
+def test_a_fact_may_suppose_parameters() -> None:
+    def seen(s: Values) -> list[list[float]]:
+        assert (s.m, s.l, s.g) == (3.0, 2.0, 1.0)
+        return [[4.0]]
+
+    supposing = MassMatrix("M = 4", seen, given={"m": 3.0})
+    system = replace(entry("rigid_bar_pendulum"), facts=(supposing,))
+    (row,) = check_facts(system, {"l": 2.0, "g": 1.0, "m": 7.0})
+    assert row == FactRow(system.title, "MassMatrix", "M = 4", row.residual)
+    assert row.holds
+
+
+def test_refusals() -> None:
+    with pytest.raises(
+        InputError, match="expected a source among reference, derive, got 'pinocchio'"
+    ):
+        check_facts("rigid_bar_pendulum", source="pinocchio")
+    with pytest.raises(UnknownNameError, match="unknown system 'pendulum'"):
+        check_facts("pendulum")
+    with pytest.raises(UnknownNameError, match="unknown parameter 'L'"):
+        check_facts("rigid_bar_pendulum", {"L": 1.0})
+    body = replace(entry("tennis_racket"), facts=(Eigenvalues("", lambda s: [0.0]),))
+    with pytest.raises(
+        InputError,
+        match="expected a system without quaternions for eigenvalues, got 'tennis_racket'",
+    ):
+        check_facts(body)
