@@ -2,39 +2,25 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
-import subprocess
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import pytest
+from original_samples import ARM, MOVING, pair
 from reading_faults import blame, misread, name_dissenters
 from scipy.spatial.transform import Rotation
 
 import mecanique as mq
 from mecanique.model.mechanism.origin import Origin
-from mecanique.reference.originals import drake, exudyn
 from mecanique.reference.originals.original import ByJoint, Original
 from mecanique.urdf import read_urdf
 from mecanique.verification import engines
 from mecanique.verification.engines import read_by
-from mecanique.verification.verdict import OURS, EngineReading
-
-ARM = """<robot name="r">
-<link name="base"/>
-<link name="l"><inertial><origin xyz="0 0 -0.5"/><mass value="1"/>
-<inertia ixx="0.02" iyy="0.02" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
-<link name="k"><inertial><origin xyz="0 0.1 -0.2"/><mass value="0.5"/>
-<inertia ixx="0.02" iyy="0.02" izz="0.01" ixy="0.001" ixz="0" iyz="0"/></inertial></link>
-<joint name="j" type="revolute"><parent link="base"/><child link="l"/><axis xyz="0 1 0"/>
-<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
-<joint name="i" type="continuous"><parent link="l"/><child link="k"/><origin xyz="0 0 -1"/>
-<axis xyz="0 0.6 0.8"/><mimic joint="j"/></joint>
-</robot>"""
+from mecanique.verification.verdict import EngineReading
 
 
 def reading(text: str, engine: str = "pinocchio") -> EngineReading:
@@ -210,19 +196,6 @@ def test_a_mechanism_from_no_file_has_no_readings() -> None:
     assert mq.verify(mq.textbook.load("cart_pole"), samples=3).readings == ()
 
 
-def test_a_robot_without_joints_of_one_coordinate_is_read_from_drake(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Its matrices have no entries, from which no number of states follows."""
-    nothing: list[list[float]] = [[], []]
-    numbers = {"mass": nothing, "bias": nothing, "passive": nothing}
-    answer = json.dumps({"joints": [], **numbers, "complaints": [], "others": []})
-    done = subprocess.CompletedProcess([], 0, answer, "")
-    monkeypatch.setattr(subprocess, "run", lambda *_, **__: done)
-    original = drake.read(b"<robot/>", (0.0, 0.0, -9.81), {}, {})
-    assert (original.mass.shape, original.bias.shape) == ((2, 0, 0), (2, 0))
-
-
 @pytest.mark.engine
 @pytest.mark.parametrize(
     ("fault", "culprit", "root"),
@@ -264,29 +237,6 @@ def test_the_verdict_names_who_reads_alike() -> None:
     plain = read_urdf(ARM.replace("<mimic", "<ignored"))
     assert re.search(alike, str(mq.verify(plain, samples=3, engines=("mujoco",))))
     assert "alike" not in str(mq.verify(plain, samples=3))
-
-
-def test_exudyn_builds_the_robot_of_the_file() -> None:
-    pytest.importorskip("exudyn")
-    assert reading(ARM, "exudyn").worst < 1e-12  # type: ignore[operator]
-    several = ARM.replace('<mimic joint="j"/>', "")
-    assert reading(several.replace('"continuous"', '"floating"'), "exudyn").alike == (OURS,)
-    found = reading(several.replace('"continuous"', '"planar"'), "exudyn")
-    assert found.refused == "its trees have no joint of type 'planar'"
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        (b"<sdf/>", "it is built of URDF alone, not of <sdf>"),
-        (b"<robot><joint name='j'/></robot>", "joint 'j' has no parent or no child"),
-        (b"<robot", "line 1: "),
-        (ARM.replace('value="0.5"', 'value="x"').encode(), "expected 1 numbers for value, got 'x'"),
-    ],
-)
-def test_exudyn_is_built_of_sound_urdf_alone(text: bytes, said: str) -> None:
-    with pytest.raises(mq.EngineError, match=re.escape(said)):
-        exudyn.read(text, (0.0, 0.0, -9.81), {}, {})
 
 
 MJCF = """<mujoco model="m"><compiler settotalmass="3"/>
@@ -368,27 +318,6 @@ def test_pinocchio_is_asked_where_it_is_there(monkeypatch: pytest.MonkeyPatch) -
         assert titles == (["Pinocchio", "MuJoCo"] if there else ["MuJoCo"])
 
 
-def test_drake_finds_models_in_folders_beside(tmp_path: Path) -> None:
-    pytest.importorskip("pydrake")
-    config = '<model><name>{0}</name><sdf version="1.9">{0}.sdf</sdf></model>'
-    link = "<link name='b'><inertial><pose>0 0.1 0 0 0 0</pose><mass>2</mass></inertial></link>"
-    models = {
-        "inner": link,
-        "outer": "<include><uri>model://inner/inner.sdf</uri><name>i</name>"
-        "<pose>0 0 1 0 0 0</pose></include>"
-        "<joint name='j' type='revolute'><parent>world</parent><child>i::b</child>"
-        "<axis><xyz>1 0 0</xyz></axis></joint>",
-    }
-    for name, inside in models.items():
-        folder = tmp_path / name
-        folder.mkdir()
-        (folder / "model.config").write_text(config.format(name), encoding="utf-8")
-        text = f'<sdf version="1.9"><model name="{name}">{inside}</model></sdf>'
-        (folder / f"{name}.sdf").write_text(text, encoding="utf-8")
-    (found,) = read_by(mq.read(tmp_path / "outer" / "outer.sdf"), ("drake",), 0)
-    assert found.alike == (OURS,)
-
-
 def test_a_file_is_read_again_with_the_folders_of_its_models(tmp_path: Path) -> None:
     (tmp_path / "models" / "inner").mkdir(parents=True)
     inner = "<sdf version='1.9'><model name='inner'><link name='b'/></model></sdf>"
@@ -401,144 +330,6 @@ def test_a_file_is_read_again_with_the_folders_of_its_models(tmp_path: Path) -> 
     assert engines.read_as_engines(mechanism, mechanism.origin).nv == 6
     with engines._beside(mechanism.origin):  # Drake seeks them by this variable
         assert os.environ["ROS_PACKAGE_PATH"].startswith(str(tmp_path / "models"))
-
-
-def test_drake_knows_joints_by_models_in_models() -> None:
-    pytest.importorskip("pydrake")
-    link = (
-        '<link name="{}"><pose>0.1 0 {} 0 0.3 0</pose><inertial><mass>{}</mass></inertial></link>'
-    )
-    axis = "<axis><xyz>0 1 0</xyz></axis>"
-    joint = (
-        '<joint name="j" type="revolute"><parent>{}</parent><child>{}</child>' + axis + "</joint>"
-    )
-    inner = f'<model name="n">{link.format("c", 2, 3)}{joint.format("a", "c")}{{}}</model>'
-    outer = (
-        f'<model name="{{}}">{link.format("b", 1, "{}")}{joint.format("world", "b")}{{}}</model>'
-    )
-    inner = inner.format(link.format("a", 1, 2))
-    models = outer.format("m", 1, inner) + outer.format("o", 4, "")
-    world = f'<sdf version="1.9"><world name="w">{models}</world></sdf>'
-    (found,) = read_by(mq.read(world), ("drake",), 0)
-    assert found.alike == ("mecanique",)
-    assert not found.differs
-
-
-def test_drake_has_joints_of_two_models_in_the_model_of_the_child() -> None:
-    pytest.importorskip("pydrake")
-    link = '<link name="{}"><pose>{} 0 0 0 0.3 0</pose><inertial><mass>{}</mass></inertial></link>'
-    joint = (
-        '<joint name="{}" type="revolute"><parent>{}</parent><child>{}</child>'
-        "<axis><xyz>0 1 0</xyz></axis></joint>"
-    )
-    inner = '<model name="{0}"><pose>{1} 0 1 0 0 0</pose>' + link.format("c", 0.1, "{1}")
-    inner += link.format("d", 0.5, 2) + joint.format("turn", "c", "d") + "</model>"
-    outer = '<model name="{}">' + link.format("b", 0, "{}")
-    outer += inner.format("n", 1) + inner.format("o", 3) + joint.format("first", "b", "n::c")
-    outer += joint.format("second", "n::c", "o::c") + "</model>"
-    world = f'<sdf version="1.9"><world name="w">{outer.format("m", 4)}{outer.format("k", 7)}'
-    (found,) = read_by(mq.read(f"{world}</world></sdf>"), ("drake",), 0)
-    assert found.alike == (OURS,)
-
-
-def test_drake_takes_a_package_that_it_knows_from_where_the_file_is(tmp_path: Path) -> None:
-    pytest.importorskip("pydrake")
-    folder = tmp_path / "drake_models"
-    folder.mkdir()
-    (folder / "package.xml").write_text("<package><name>drake_models</name></package>", "utf-8")
-    uri = "<mesh><uri>package://drake_models/a.obj</uri></mesh>"
-    visual = f'<visual name="v"><geometry>{uri}</geometry></visual>'
-    link = f'<link name="b"><inertial><mass>2</mass></inertial>{visual}</link>'
-    file = folder / "arm.sdf"
-    file.write_text(f'<sdf version="1.9"><model name="m">{link}</model></sdf>', "utf-8")
-    (found,) = read_by(mq.read(file), ("drake",), 0)
-    assert found.alike == (OURS,)
-
-
-LINK = """<link name="{}"><inertial><origin xyz="0.1 0 0.2" rpy="0.1 0.2 0.3"/><mass value="2"/>
-<inertia ixx="0.02" iyy="0.03" izz="0.04" ixy="0" ixz="0.01" iyz="0"/></inertial></link>"""
-_PAIR = """<robot name="r">{}{}<joint name="j" type="TYPE"><parent link="a"/><child link="b"/>
-<origin xyz="0 0.1 1" rpy="0.3 0 0.2"/><axis xyz="AXIS"/></joint></robot>""".format(
-    *map(LINK.format, "ab")
-)
-MOVING = """<mujoco model="m"><worldbody>
-<body name="b" pos="1 2 3" euler="30 0 0"><freejoint name="f"/>
-<geom type="box" size=".1 .2 .3" pos="0.1 0 0"/>
-<body name="c" pos="0 0 1" euler="0 20 0"><joint name="s" type="ball" pos="0.1 0 0" damping="0.2"/>
-<geom size=".1" pos="0.3 0 0"/></body></body>
-<body name="d"><freejoint/><geom type="box" size=".1 .2 .3" pos="0 0.1 0"/></body>
-</worldbody></mujoco>"""
-JOINTED = """<sdf version="1.9"><model name="m"><link name="a">MASS</link>
-<link name="b"><pose>1 0 0 0.2 0.3 0</pose>MASS</link><link name="c">MASS</link>
-<joint name="u" type="universal"><parent>a</parent><child>b</child><pose>0 0 1 0.3 0 0</pose>
-<axis><xyz>1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz></axis2></joint>
-<joint name="s" type="ball"><parent>b</parent><child>c</child><pose>0 0 1 0.3 0 0</pose></joint>
-</model></sdf>""".replace("MASS", "<inertial><pose>0.1 0 0.2 0 0 0</pose><mass>2</mass></inertial>")
-
-
-def pair(
-    kind: str, axis: str = "0 0.6 0.8", root: Literal["fixed", "floating"] = "fixed"
-) -> mq.Mechanism:
-    return read_urdf(_PAIR.replace("TYPE", kind).replace("AXIS", axis), root=root)
-
-
-@pytest.mark.parametrize(
-    ("mechanism", "names"),
-    [
-        (pair("floating"), ("pinocchio", "mujoco", "drake", "exudyn")),
-        (
-            pair("continuous", root="floating"),
-            ("pinocchio", "mujoco", "drake", "exudyn"),
-        ),
-        (
-            pair("planar", "0 0 1"),
-            ("pinocchio", "mujoco", "drake"),
-        ),
-        (pair("planar"), ("mujoco", "drake")),
-        (mq.read(MOVING), ("mujoco", "drake")),
-        (mq.read(JOINTED), ("drake",)),
-    ],
-    ids=["floating", "free root", "planar", "slanted plane", "MJCF", "SDF"],
-)
-def test_joints_with_several_velocities_are_compared(
-    mechanism: mq.Mechanism, names: tuple[str, ...]
-) -> None:
-    for found in read_by(mechanism, names, 0):
-        if not found.missing:
-            assert found.worst is not None
-            assert found.worst < 1e-12, found
-
-
-@pytest.fixture
-def drake_here(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Drake within this process: in its own, what mutate.py changes in the code is not seen."""
-    pytest.importorskip("pydrake")
-
-    def run(command: list[str], **given: Any) -> subprocess.CompletedProcess[str]:
-        answer = json.dumps(drake._answer(json.loads(given["input"])))
-        return subprocess.CompletedProcess(command, 0, answer, "")
-
-    monkeypatch.setattr(subprocess, "run", run)
-
-
-@pytest.mark.usefixtures("drake_here")
-@pytest.mark.parametrize("mechanism", [pair("planar"), mq.read(MOVING), mq.read(JOINTED)])
-def test_drake_agrees_within_this_process_as_well(mechanism: mq.Mechanism) -> None:
-    (found,) = read_by(mechanism, ("drake",), 0)
-    assert not found.missing
-    assert found.worst is not None
-    assert found.worst < 1e-12, found
-
-
-@pytest.mark.usefixtures("drake_here")
-def test_engines_with_and_without_springs_agree_on_the_rest() -> None:
-    """Exudyn's trees have no springs, so that it is compared with Drake's bias alone."""
-    pytest.importorskip("exudyn")
-    readings = read_by(pair("continuous", root="floating"), ("exudyn", "drake"), 0)
-    assert [reading.alike for reading in readings] == [
-        (readings[1].engine, OURS),
-        (readings[0].engine, OURS),
-    ]
 
 
 @pytest.mark.engine
