@@ -18,7 +18,18 @@ from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Ring, Series
 from mecanique.derivation.symbolic.derivation import Left, Result, along_displacement
 from mecanique.derivation.symbolic.multipliers import independent_displacements
-from mecanique.model import Body, Loop, Mechanism, Parameter, Placement, Revolute, rod
+from mecanique.model import (
+    Body,
+    Loop,
+    Mechanism,
+    Parameter,
+    Placement,
+    Prismatic,
+    Revolute,
+    Shape,
+    particle,
+    rod,
+)
 from mecanique.model.states import States
 from mecanique.verification.states import random_states
 
@@ -243,6 +254,57 @@ def test_every_kind_of_loop_is_cut_open(kind: str) -> None:
         assert all(isinstance(result, Result) for result in balances)
         sides.append([np.broadcast_to(evaluated(row), (3,)) for row in rows])
     np.testing.assert_allclose(sides[0], sides[1], rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_bead_on_a_wire_that_turns(method: str) -> None:
+    """r'' = r α'² − g cos α, (J + m r²) α'' = m g r sin α − 2 m r r' α'; the wire bears the rest.
+
+    A pin between a wire's frame and the bead leaves what is along the wire free.
+    """
+    m, J, g = Parameter("m", 1.3), Parameter("J", 0.7), Parameter("g", 9.81)
+    stations, axes = ("ground", "first", "second", "bead"), np.eye(3).tolist()
+    mechanism = Mechanism(
+        "wire",
+        (
+            *(Body(name) for name in stations[:3]),
+            Body("bead", particle(m)),
+            Body("wire", Shape(1.0, inertia=(J, J, J, 0, 0, 0))),
+        ),
+        (
+            *(
+                Prismatic(letter, stations[k], stations[k + 1], axis=axes[k])
+                for k, letter in enumerate("xyz")
+            ),
+            Revolute("axle", "ground", "wire", axis=(1, 0, 0), coordinate="alpha"),
+        ),
+        loops=(Loop("slot", "pin", "wire", Placement(), "bead", Placement()),),
+        parameters=(m, J, g),
+        gravity=(0, 0, -g),
+    )
+    r, alpha, r_rate, turn = 0.8, 0.6, -0.5, 1.7
+    c, s, mass, weight = np.cos(alpha), np.sin(alpha), m.value, m.value * g.value
+    along = r * turn**2 - g.value * c
+    torque = weight * r * s - 2 * mass * r * r_rate * turn
+    rate = torque / (J.value + mass * r * r)
+    ahead, across = np.array([0, -s, c]), np.array([0, -c, -s])
+    radial = (along - r * turn**2, r * rate + 2 * r_rate * turn)
+    acceleration = radial[0] * ahead + radial[1] * across
+    q, v = np.array([*(r * ahead), alpha]), np.array([*(r_rate * ahead + r * turn * across), turn])
+    derivation = derive(mechanism, method).derivation
+    values = dict(States.of(mechanism, q, v).values)
+    values |= dict(zip(derivation.algebra.accelerations, [*acceleration, rate], strict=True))
+    forces = [f"lambda_{tie.name}" for tie in derivation.ties]
+
+    def rows(sizes: dict[str, float]) -> np.ndarray:
+        value = Evaluation(derivation.algebra.ring, {**values, **sizes})
+        return np.array([float(np.ravel(value(row))[0]) for row in derivation.rows])
+
+    none = dict.fromkeys(forces, 0.0)
+    rest = rows(none)
+    columns = np.array([rows({**none, name: 1.0}) - rest for name in forces]).T
+    sizes = np.linalg.lstsq(columns, -rest, rcond=None)[0] if forces else np.zeros(0)
+    np.testing.assert_allclose(rest + columns @ sizes if forces else rest, 0, rtol=0, atol=1e-13)
 
 
 @pytest.mark.parametrize(

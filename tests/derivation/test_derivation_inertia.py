@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from derivation_reading import value_of_text
 from scipy.spatial.transform import Rotation
 from systems import derive_system
 
@@ -230,12 +231,17 @@ def test_a_free_body_has_the_equations_of_kirchhoff(method: type[Recursion]) -> 
         np.testing.assert_allclose(bias, expected, rtol=0, atol=1e-12)
 
 
-def hammer(*shapes: mq.Shape, loads: tuple[mq.JointForce, ...] = ()) -> mq.Mechanism:
+def hammer(
+    *shapes: mq.Shape,
+    loads: tuple[mq.JointForce, ...] = (),
+    parameters: tuple[mq.Parameter, ...] = (),
+) -> mq.Mechanism:
     return mq.Mechanism(
         "hammer",
         (mq.Body("ground"), mq.Body("hammer", *shapes)),
         (mq.Revolute("pin", "ground", "hammer", axis=(0, -1, 0), coordinate="q"),),
         forces=(mq.JointDamper("oil", "pin", 0.5), mq.JointSpring("coil", "pin", 7.0), *loads),
+        parameters=parameters,
     )
 
 
@@ -263,6 +269,21 @@ def test_a_derivation_says_of_which_parts_a_moment_is_the_sum(
     assert said in first.explanation
     (inertia,) = (r for r in first.results if str(r).startswith("I_hammer_yy"))
     assert float(str(inertia).split(" = ")[1]) == pytest.approx(moment, rel=1e-12)
+
+
+def test_the_sum_over_parts_that_is_printed_is_the_moment() -> None:
+    """A rod and a ball at its end: both own moments, and what Steiner's theorem adds."""
+    at = {"m": 0.6, "l": 2.0, "M": 1.7, "r": 0.3}
+    m, l, M, r = letters = tuple(mq.Parameter(name, value) for name, value in at.items())
+    club = hammer(mq.rod(m, l), mq.ball(M, r).at((0, 0, -l)), parameters=letters)
+    _, lines = step(mq.derive(club), "Moments of inertia")
+    (moment,) = (line.split(" = ")[1] for line in lines if line.startswith("I_hammer_yy"))
+    assert {"m l^2/12", "2 M r^2/5"} <= {*moment.split(" + ")}
+    reduced = at["m"] * at["M"] / (at["m"] + at["M"])
+    exact = at["m"] * at["l"] ** 2 / 12 + 2 * at["M"] * at["r"] ** 2 / 5 + reduced * at["l"] ** 2
+    # a rod hangs from its end: the centers are half a length apart
+    exact -= 0.75 * reduced * at["l"] ** 2
+    assert value_of_text(moment, at) == pytest.approx(exact, rel=1e-12)
 
 
 def test_generalized_forces_are_of_loads_alone() -> None:

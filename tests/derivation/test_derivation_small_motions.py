@@ -182,5 +182,27 @@ def test_only_constant_coefficients_make_matrices() -> None:
         "K = [[k]]",
         "f = [1 + cos(t)]",
     ]
+    assert whole.lines() == [whole.latex()]
+    assert whole.latex().startswith(r"\begin{bmatrix} m \end{bmatrix}")
     for name in ("rigid_bar_pendulum", "free_rigid_body", "rolling_disk"):
         assert linear(derive_system(name).derivation) is None
+
+
+def test_quaternions_at_rest_upright_are_numbers() -> None:
+    """A box hung in a ball at a depth h: J w' = -m g h δ about each level axis, δ' = w."""
+    m, h = 2.0, 0.5
+    hung = mq.Mechanism(
+        "hung",
+        (mq.Body("ground"), mq.Body("b", mq.box(m, (0.3, 0.3, 0.3)).at((0, 0, -h)))),
+        (mq.Spherical("s", "ground", "b"),),
+        gravity=(0, 0, -10),
+    )
+    place = dict(zip(hung.coordinates, (0.0, 0.0, 0.0, 1.0), strict=True))
+    small = linearize_equations(mq.derive(hung).derivation, place)
+    assert not small.letters
+    moment = m * (0.3**2 / 6 + h * h)
+    lines = small.text().splitlines()
+    for axis in "xy":
+        (line,) = (line for line in lines if f"s_w{axis}'" in line)
+        inertia, weight = (float(term.split()[0]) for term in line.partition(" = ")[0].split(" + "))
+        assert weight / inertia == pytest.approx(m * 10 * h / moment, rel=1e-12)

@@ -356,3 +356,11 @@ def test_a_tilt_by_any_angle_is_exactly_orthogonal(angle: float) -> None:
     assert np.array_equal(R @ R.T, np.eye(3))
     assert float(R[2, 1]) == pytest.approx(math.sin(angle), abs=1e-15)
     assert poses.exact_rotation(Placement(rpy=(math.pi / 2, 0.0, 0.0))) is None
+
+
+@pytest.mark.parametrize("axis", [(0.36, 0.48, 0.8), (1, 2, 3), (-1, 2, -0.5), (0.1, -3, 0.2)])
+def test_directions_in_fractions_have_a_length_of_exactly_one(axis: tuple[float, ...]) -> None:
+    unit = tuple(np.array(axis, dtype=float) / np.linalg.norm(axis))
+    exact = poses.exact_direction(unit)
+    assert sum(Fraction(c) ** 2 for c in exact) == 1 or exact == unit
+    np.testing.assert_allclose([float(c) for c in exact], unit, rtol=0, atol=1e-15)

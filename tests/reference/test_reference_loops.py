@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from sympy import cos, sin
 
 from mecanique import textbook
-from mecanique.errors import ClosureError, EngineError, InputError, UnknownNameError
+from mecanique.errors import ClosureError, EngineError
 from mecanique.model import (
     Body,
     Coordinates,
@@ -38,6 +38,7 @@ from mecanique.reference.loops.assembly import (
     _damped_step,
     _distance,
     close_velocity,
+    displace,
     project,
 )
 from mecanique.reference.loops.closed import Closed
@@ -407,10 +408,30 @@ def test_a_loop_that_cannot_be_closed_is_named_with_its_gap() -> None:
         assemble(four_bar(a=1.0, b=0.2, c=0.3), {"phi": 1.1})
     with pytest.raises(ClosureError, match="loop 'C' cannot be closed"):
         assemble(four_bar(), {"phi": 1.1, "theta": 0.3}, keep=("phi", "theta"))
-    with pytest.raises(UnknownNameError, match="unknown coordinate 'fi'"):
-        assemble(four_bar(), keep=("fi",))
-    with pytest.raises(InputError, match="expected a whole number of at least 1 for most, got 0"):
-        assembly_branches(four_bar(), most=0)
+    turned = Loop.weld("C: at rest", "ground", Placement(rpy=(0.5, 0, 0)), "b", Placement())
+    skew = Mechanism(
+        "skew",
+        (Body("ground"), Body("b", box(1.0, (0.1, 0.2, 0.3)))),
+        (Revolute("a", "ground", "b", axis=(0, 1, 0)),),
+        loops=(turned,),
+    )
+    with pytest.raises(ClosureError, match=r"open by 0\.5 rad \(C: at rest: rx\)"):
+        assemble(skew, [0.3])
+
+
+def test_a_displacement_turns_by_its_rates_and_keeps_quaternions_of_unit_length() -> None:
+    """A first-order step of a quaternion by ω turns by 2 atan(|ω|/2) about ω."""
+    closed = closed_of(spatial("ball"))
+    mechanism = closed.mechanism
+    q = mechanism.position(np.random.default_rng(5).normal(size=11))
+    step = np.random.default_rng(6).normal(size=9)
+    moved = displace(closed, q, step)
+    for (_, at), turn in zip(mechanism.quaternions, (step[3:6], step[6:]), strict=True):
+        assert np.linalg.norm(moved[at]) == pytest.approx(1, rel=1e-15)
+        rotation = Rotation.from_quat(q[at]).inv() * Rotation.from_quat(moved[at])
+        angle = np.linalg.norm(turn)
+        expected = 2 * np.arctan(angle / 2) * turn / angle
+        np.testing.assert_allclose(rotation.as_rotvec(), expected, rtol=1e-13, atol=0)
 
 
 def test_the_linkage_of_the_catalogue_is_assembled_without_a_guess() -> None:

@@ -62,6 +62,9 @@ def test_functions_of_ctypes_and_cffi_stand_in(library: Path) -> None:
     assert not mq.verify(wrong, samples=5, against={"acceleration": function}).agrees
     with pytest.raises(mq.InputError, match="expected 1 numbers from acceleration, it wrote 2"):
         mq.verify(mq.textbook.load("simple_pendulum"), against={"acceleration": function})
+    idle = ctypes.CFUNCTYPE(None)(lambda: None)
+    with pytest.raises(mq.InputError, match="expected 2 numbers from acceleration, it wrote 0$"):
+        mq.verify(cart, samples=1, against={"acceleration": idle})
     ffi = pytest.importorskip("cffi").FFI()
     ffi.cdef("void cart_pole_bias(double, double *, double *, double *, double *);")
     bias = ffi.dlopen(str(library)).cart_pole_bias

@@ -10,6 +10,7 @@ from dataclasses import replace
 import pytest
 
 import mecanique as mq
+from mecanique.model.mechanism.origin import Finding
 from mecanique.verification import Row, Verdict
 from mecanique.verification.verdict import Change, EngineReading, dissenters_among
 
@@ -193,3 +194,15 @@ def test_what_moves_no_mass_is_told_from_what_moves_little(ratio: float) -> None
     found = mq.verify(loose)
     assert found.agrees
     assert found.remarks[-1].endswith("which nothing determines: c' moves no mass")
+
+
+def test_ten_flaws_are_listed_and_the_others_counted() -> None:
+    flaw = Finding("M203", "warning", "<text>", 7, "joint 'j'", "bad", "why", "mend it", "name")
+    for count, last in (
+        (10, "flaw in line 7"),
+        (11, "… and 1 flaw more;"),
+        (13, "… and 3 flaws more;"),
+    ):
+        lines = str(replace(verdict(GOOD), flaws=(flaw,) * count)).splitlines()
+        assert sum("flaw in line 7" in line for line in lines) == 10
+        assert last in lines[-1]
