@@ -8,12 +8,20 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from mecanique.errors import InputError
 from mecanique.model import Placement, Sphere, Visual, coordinate
 from mecanique.model.bodies.tensor import entries_of, tensor_of
 from mecanique.model.expression import evaluate
-from mecanique.model.placement import pose_of, rpy_along, rpy_of, rpy_rotation, unit_vector
+from mecanique.model.placement import (
+    pose_of,
+    rpy_along,
+    rpy_of,
+    rpy_rotation,
+    turn_about,
+    unit_vector,
+)
 
 
 @given(st.tuples(*[st.floats(-3.1, 3.1)] * 3))
@@ -32,6 +40,8 @@ def test_quarter_turns_are_exact_and_what_is_beside_them_is_not(quarters: int) -
     cosine, sine = ((1, 0), (0, 1), (-1, 0), (0, -1))[quarters % 4]
     turn = Placement(rpy=(0.0, 0.0, quarters * math.pi / 2)).rotation
     assert turn == ((cosine, -sine, 0), (sine, cosine, 0), (0, 0, 1))
+    many = math.nextafter((quarters + 60) * math.pi / 2, math.inf)  # the same up to rounding
+    assert Placement(rpy=(0.0, 0.0, many)).rotation == turn
     beside = quarters * math.pi / 2 + 1e-13
     (first, _, _), (second, _, _), _ = Placement(rpy=(0.0, 0.0, beside)).rotation
     assert (first, second) == (math.cos(beside), math.sin(beside))
@@ -83,3 +93,10 @@ def test_an_inertia_tensor_has_its_entries_in_the_order_of_urdf() -> None:
     tensor = tensor_of((1, 2, 3, 4, 5, 6))
     np.testing.assert_array_equal(tensor, [[1, 4, 5], [4, 2, 6], [5, 6, 3]])
     assert entries_of(tensor) == (1, 2, 3, 4, 5, 6)
+
+
+@pytest.mark.parametrize("angle", [-2.3, 0.4, 3.0])
+def test_a_turn_about_an_axis_of_any_length_is_that_of_rodrigues(angle: float) -> None:
+    axis = np.array([0.3, -1.2, 0.7])
+    expected = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)).as_matrix()
+    np.testing.assert_allclose(turn_about(axis, angle), expected, rtol=0, atol=1e-15)

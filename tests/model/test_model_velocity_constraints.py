@@ -102,6 +102,15 @@ def test_rolling_along_a_line_is_holonomic_and_told_so() -> None:
         )
 
 
+def test_a_rate_that_depends_on_time_counts_with_its_sign() -> None:
+    """(x θ + y t)' = 0 is θ x' + x θ' + t y' = -y; with y on the right it is no such rate."""
+    x, y, theta = map(coordinate, ("x", "y", "theta"))
+    slopes = {"x": theta, "theta": x, "y": time()}
+    with pytest.raises(MechanismError, match=HOLONOMIC):
+        vehicle(VelocityConstraint("led", slopes, -y))
+    assert vehicle(VelocityConstraint("led", slopes, y)).velocity_constraints
+
+
 def test_an_integrating_factor_does_not_hide_what_is_holonomic() -> None:
     with pytest.raises(MechanismError, match=HOLONOMIC):
         vehicle(

@@ -407,3 +407,13 @@ def test_a_free_body_on_what_is_welded_is_placed_in_the_world() -> None:
         np.testing.assert_allclose(seen[:3], pose[:3, 3], rtol=0, atol=1e-14)
         turn = Rotation.from_quat(seen[3:]).as_matrix()
         np.testing.assert_allclose(turn, pose[:3, :3], rtol=0, atol=1e-14)
+
+
+def test_of_links_whose_inertia_differs_the_outermost_is_named() -> None:
+    """All that carry it differ with it."""
+    tree = read_urdf(ARM.replace('<mimic joint="j"/>', ""))
+    mass = np.array([np.diag([3.0, 0.5])])
+    for wrong, names in (([4.0, 0.7], ["k"]), ([4.0, 0.5], ["l"]), ([3.0, 0.5], [])):
+        others = np.array([np.diag(wrong)])
+        found = [*engines._places(tree, tree.joints, mass, others)]
+        assert [line.split("'")[1] for line in found] == names

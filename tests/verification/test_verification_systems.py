@@ -185,8 +185,10 @@ def test_loops_are_verified_with_multipliers_and_in_independent_coordinates(
     verdict = verify(tied, samples=10)
     assert verdict.agrees
     assert verdict.worst < 1e-10, str(verdict)
-    ways = {row.sources[0] for row in verdict.rows if row.quantity == "acceleration"}
-    assert ways == {
+    bounds = {r.sources[0]: r.rounding for r in verdict.rows if r.quantity == "acceleration"}
+    # the block that is inverted enters twice in each of eight steps
+    assert bounds["independent coordinates"] >= 8 * min(bounds.values())
+    assert {*bounds} == {
         "jets",
         "recursion",
         "Newton-Euler",
