@@ -11,6 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mecanique.derivation.mechanics import vectors
+from mecanique.derivation.mechanics.recursion import _clean
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.series import Ring
 from mecanique.derivation.tree import poses
@@ -364,3 +365,16 @@ def test_directions_in_fractions_have_a_length_of_exactly_one(axis: tuple[float,
     exact = poses.exact_direction(unit)
     assert sum(Fraction(c) ** 2 for c in exact) == 1 or exact == unit
     np.testing.assert_allclose([float(c) for c in exact], unit, rtol=0, atol=1e-15)
+
+
+def test_turns_by_right_angles_are_rid_of_rounding_and_others_kept() -> None:
+    for k, angles in enumerate(np.pi / 2 * np.array([[2, 0, 1], [1, 2, 0], [0, 1, 3]])):
+        turn = Rotation.from_euler("xyz", angles).as_matrix()
+        pose = [[*row, 0.3 + k] for row in turn.tolist()]
+        cleaned = np.array(_clean(pose))
+        assert np.array_equal(cleaned[:, :3], np.round(turn))
+        assert np.array_equal(cleaned[:, 3], np.full(3, 0.3 + k))
+    askew = [
+        [*row, 0.5] for row in Rotation.from_euler("xyz", [0.3, 0.2, 0.1]).as_matrix().tolist()
+    ]
+    assert np.array_equal(_clean(askew), askew)

@@ -25,6 +25,7 @@ from mecanique.model import (
     Revolute,
     Shape,
     Spherical,
+    Universal,
     bar,
     box,
     coordinate,
@@ -893,3 +894,41 @@ def test_a_mechanism_that_falls_back_from_four_fifths_of_every_way_is_locked(
 
     monkeypatch.setattr("mecanique.reference.loops.freedom.close_position", fall_back)
     assert (freedom_of(closed_of(linkage), q, 0.0).N == 0) == locked
+
+
+def test_multipliers_of_many_states_stand_by_the_names_of_their_rows() -> None:
+    mechanism = four_bar()
+    reference, q = Reference(mechanism), assemble(four_bar(), START)
+    v = project(closed_of(mechanism), q, mechanism.velocity({"phi": 1.7}), 0.0)[1]
+    states = np.array([np.zeros(3), v, 2 * v])
+    together = reference.multipliers(np.tile(q, (3, 1)), states)
+    for k, speed in enumerate(states):
+        single = reference.multipliers(q, speed)
+        assert {name: values[k] for name, values in together.items()} == pytest.approx(
+            single, rel=1e-12
+        )
+        # the first two rows are along x and z of the plane, as the loop's force on b is
+        np.testing.assert_allclose(
+            np.linalg.norm([*single.values()]),
+            np.linalg.norm(reference.reactions(q, speed)["C"].force),
+            rtol=1e-12,
+        )
+    assert Reference(textbook.load("double_pendulum")).multipliers([0.1, 0.2], [0.3, 0.4]) == {}
+
+
+def test_what_a_map_guides_is_undetermined_across_its_own_motions() -> None:
+    """A universal joint's moment is known to be zero about x and about y as that has turned."""
+    cross = Mechanism(
+        "cross",
+        (Body("ground"), *(Body(name, box(1.0, (0.1, 0.1, 0.1))) for name in ("arm", "slider"))),
+        (
+            Universal("joint", "ground", "arm", names=("a", "b")),
+            Prismatic("rail", "ground", "slider", coordinate="x"),
+        ),
+        coordinates=Coordinates(("a", "b"), {"x": coordinate("a")}),
+    )
+    for a, unknown in ((0.4, "yz"), (0.0, "z"), (np.pi / 2, "y")):
+        found = Reference(cross).undetermined([a, 0.3])["joint"]
+        assert found == ("force x", "force y", "force z", *(f"moment {x}" for x in unknown))
+        moment = Reference(cross).reactions([a, 0.3])["joint"].moment
+        np.testing.assert_array_equal(np.isnan(moment), [x in unknown for x in "xyz"])

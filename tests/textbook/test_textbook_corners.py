@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -117,19 +116,6 @@ def test_forty_closed_forms_of_motions_with_corners_are_held() -> None:
     facts = [fact for name in NAMES for fact in mq.textbook.entry(name).facts]
     of_corners = [f for f in facts if isinstance(f, (Lasting, ModeAcceleration, Occurs))]
     assert len(of_corners) + len(FIGURES) + len(LOSSES) >= 40
-
-
-def test_a_wrong_fact_of_a_motion_is_seen() -> None:
-    ball = mq.textbook.entry("bouncing_ball")
-    late = Occurs("it rests too late", "floor: rest", lambda s: {"t": 4.0638})
-    early = Occurs("it never slips", "floor: slips", lambda s: {"t": 0.0})
-    wrong = ModeAcceleration("z'' = g", ("open",), lambda s: [s.g])
-    lost = Lasting("its energy", lambda s: s.g * s.z + s["z'"] ** 2 / 2)
-    rows = check_facts(replace(ball, facts=(late, early, wrong, lost)), simulate=mq.simulate)
-    assert [row.fails for row in rows] == [True, False, True, True]
-    assert "'floor: slips' happens 0 times" in str(rows[1])
-    # without motions only what holds at any state is checked
-    assert len(check_facts(replace(ball, facts=(late, wrong)))) == 1
 
 
 def test_smooth_systems_and_those_with_corners_are_listed_apart() -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import mecanique as mq
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.textbook import entry
 from mecanique.textbook.facts import (
@@ -19,7 +20,10 @@ from mecanique.textbook.facts import (
     Fact,
     Frequencies,
     KineticEnergy,
+    Lasting,
     MassMatrix,
+    ModeAcceleration,
+    Occurs,
     Period,
     Reaction,
     Solution,
@@ -155,3 +159,40 @@ def test_refusals() -> None:
         match="expected a system without quaternions for eigenvalues, got 'tennis_racket'",
     ):
         check_facts(body)
+
+
+def test_a_wrong_fact_of_a_motion_is_seen() -> None:
+    ball = entry("bouncing_ball")
+    late = Occurs("it rests too late", "floor: rest", lambda s: {"t": 4.0638})
+    early = Occurs("it never slips", "floor: slips", lambda s: {"t": 0.0})
+    wrong = ModeAcceleration("z'' = g", ("open",), lambda s: [s.g])
+    lost = Lasting("its energy", lambda s: s.g * s.z + s["z'"] ** 2 / 2)
+    rows = check_facts(replace(ball, facts=(late, early, wrong, lost)), simulate=mq.simulate)
+    assert [row.fails for row in rows] == [True, False, True, True]
+    assert "'floor: slips' happens 0 times" in str(rows[1])
+    # without motions only what holds at any state is checked
+    assert len(check_facts(replace(ball, facts=(late, wrong)))) == 1
+
+
+def test_facts_of_a_motion_are_off_by_the_largest_relative_difference() -> None:
+    """Of a ball dropped from 1 m, e = 0.8; what is zero is compared with the others."""
+    ball = entry("bouncing_ball")
+    fall = math.sqrt(2 / 9.81)
+    speed = 9.81 * fall
+
+    def stated(off: float) -> list[Fact]:
+        part = 1 + off
+        return [
+            Occurs("", "floor: impact", lambda s: {"t": fall * part, "after z'": 0.8 * speed}),
+            Occurs("", "floor: impact", lambda s: {"z": 0.0, "after z'": 0.64 * speed * part}, 1),
+            Occurs("", "end", lambda s: {"z": 0.0, "t": s.t * part}),
+            ModeAcceleration("", ("open",), lambda s: [-s.g * part]),
+            Lasting("", lambda s: [s.g, s.g + off * s.t]),
+        ]
+
+    facts = (*stated(0.0), *stated(1e-3))
+    rows = check_facts(replace(ball, facts=facts), simulate=mq.simulate)
+    sizes = [*[0.0] * 5, *[1e-3] * 4, ball.duration * 1e-3 / 9.81]
+    for row, size in zip(rows, sizes, strict=True):
+        assert row.holds == (size == 0)
+        assert row.residual == pytest.approx(size, rel=2e-3, abs=1e-9), row.kind
