@@ -273,10 +273,10 @@ def gather_alike(whole: Expression) -> Expression:
         rates = [power for base, power in moving if base.place[0] == MOVING]
         lone = not moving or rates not in ([], [2]) or not (held or abs(term.number) != 1)
         lone |= any(isinstance(base, Sum) and power == 1 for base, power in moving)
-        key = (term.number, held, bool(rates), k if lone else -1)
+        key = (term.number, held, k if lone else -1)
         alike.setdefault(key, []).append(Product(1, moving))
     terms = []
-    for (factor, held, *_), parts in alike.items():
+    for (factor, held, _), parts in alike.items():
         ordered = sorted(parts, key=lambda part: len(part.factors))
         inner = parts[0].factors if len(parts) == 1 else ((Sum(tuple(ordered)), 1),)
         terms.append(multiply(Product(factor, held), *inner))

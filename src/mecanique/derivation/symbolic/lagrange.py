@@ -457,8 +457,10 @@ class Lagrange:
             whole = self.algebra.ring.sum([factor * w * w / 2 for factor, w in squares])
             if T:
                 moments = tuple((self._inertias(moment), w) for moment, w in squares)
-                travel = self._travel(name) if squares else 0
-                named[name] = moments if (T - whole - travel).vanishes() else ()
+                v = self.kinematics.velocity(name) if squares else ()
+                mass = self.algebra.lift(self.kinematics.moments(name)[3][3]) if v else 0
+                rest = T - whole - self.algebra.ring.sum([mass * w * w / 2 for w in v])
+                named[name] = moments if rest.vanishes() else ()
         return named
 
     def _list_squares(self, body: str) -> Squares:
@@ -473,11 +475,6 @@ class Lagrange:
         axes, *_ = kinematics.spin_axes(body)
         rates = along(axes, kinematics.spin(body))
         return tuple((m, w) for m, w in zip(moments, rates, strict=True) if m and w)
-
-    def _travel(self, body: str) -> Series:
-        """Return half a body's mass times the square of its origin's velocity."""
-        mass = self.algebra.lift(self.kinematics.moments(body)[3][3])
-        return mass * self.algebra.ring.sum([v * v for v in self.kinematics.velocity(body)]) / 2
 
     def _rotors(self) -> Iterator[tuple[str, Series]]:
         """Yield the joint's name and the kinetic energy ½ I r'² of each rotor."""

@@ -107,6 +107,5 @@ SYSTEM = System(
         "1 - cos(theta0) + cos(theta1) - cos(theta0 + phi1) = 0": (
             "Erdman & Sandor, Mechanism Design, the vector loop of a four-bar linkage, over l"
         ),
-        "sin(theta0) - sin(theta1) + sin(theta0 + phi1) = 0": "the same, across",
     },
 )

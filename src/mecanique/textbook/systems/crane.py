@@ -91,10 +91,8 @@ SYSTEM = System(
         ),
     ),
     forms={
-        (
-            "(M + m) x'' + m (l0 - w t) cos(theta) theta'' - m (l0 - w t) sin(theta) theta'^2 - 2 "
-            "m w cos(theta) theta' = F"
-        ): "Abdel-Rahman, Nayfeh & Masoud 2003, with l = l0 - w t",
-        "(l0 - w t) theta'' - 2 w theta' + cos(theta) x'' + g sin(theta) = 0": "the same, the load",
+        "(l0 - w t) theta'' - 2 w theta' + cos(theta) x'' + g sin(theta) = 0": (
+            "Abdel-Rahman, Nayfeh & Masoud 2003, with l = l0 - w t"
+        ),
     },
 )

@@ -120,6 +120,5 @@ SYSTEM = System(
         "x'' = (m1 m2 + m1 m3 - 4 m2 m3) g/(m1 m2 + m1 m3 + 4 m2 m3)": (
             "Taylor, problem 7.27: g/7 for masses as 4, 3 and 1"
         ),
-        "(m3 - m2) x'' + (m2 + m3) y'' + (m3 - m2) g = 0": "Taylor, problem 7.27",
     },
 )

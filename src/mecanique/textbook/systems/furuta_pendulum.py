@@ -91,12 +91,8 @@ SYSTEM = System(
         ),
     ),
     forms={
-        (
-            "((M + 3 m) r^2 + 3 m l^2 sin(theta)^2) alpha'' + 3 m r l cos(theta) theta'' + 6 m l^2 "
-            "sin(theta) cos(theta) alpha' theta' - 3 m r l sin(theta) theta'^2 = 3 tau"
-        ): "Cazzolato & Prime 2011, with a particle at the end of a massless rod",
         "r cos(theta) alpha'' + l theta'' - l sin(theta) cos(theta) alpha'^2 + g sin(theta) = 0": (
-            "the same, the rod"
+            "Cazzolato & Prime 2011, with a particle at a massless rod"
         ),
     },
 )
