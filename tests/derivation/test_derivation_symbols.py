@@ -371,3 +371,11 @@ def test_an_angle_of_a_joint_that_nothing_contains_is_not_listed() -> None:
         symbols = symbols.partition("\n1. ")[0]
         listed = [driven for driven in mechanism.coordinates.driven if f"  {driven} " in symbols]
         assert len(listed) == said, name
+
+
+def test_pages_explain_the_reactions_of_the_steps() -> None:
+    said = [meaning for _, meaning in derive_system("cart_pole", "newton_euler").document.symbols()]
+    assert (
+        "force that the cart exerts on the pole in the pin, along x and z of the world [N]" in said
+    )
+    assert "kinetic energy [J]" not in said

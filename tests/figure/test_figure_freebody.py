@@ -255,3 +255,14 @@ def test_arrows_along_one_line_stand_beside_each_other() -> None:
     down = [line for line in lines if len(line) == 2 and line[1, 1] - line[0, 1] > 20.0]
     first, second = down
     assert abs(first[0, 0] - second[0, 0]) > 10.0
+
+
+def test_moments_about_one_point_have_arcs_of_their_own() -> None:
+    """The axes of a gyroscope meet, so that the moments of two hinges act at one point."""
+    marks = cut_free(seen("gyroscope"), "inner")
+    arcs = [m.points for m in marks if isinstance(m, Stroke) and m.style == "force"]
+    radii = {round(float(np.ptp(line[:, 1]))) for line in arcs if len(line) > 20}
+    assert len(radii) == 2
+    places = [mark.at for mark in marks if isinstance(mark, Words)]
+    letters = dict(zip(texts(marks), places, strict=True))
+    assert np.hypot(*(letters["Mθ"] - letters["Mψ"])) > 12.0

@@ -359,8 +359,8 @@ class Document:
         return self._spell(" ".join([*self._about, *self._warn(steps=True)]))
 
     def symbols(self) -> tuple[tuple[str, str], ...]:
-        """Return each symbol of the equations of motion in MathML, with its meaning in words."""
-        listed = self._list_meanings(steps=False)
+        """Return each symbol that the steps do not explain in MathML, with its meaning in words."""
+        listed = [meaning for meaning in self._list_meanings(steps=True) if not meaning.told]
         return tuple(
             (to_math("<mo>,</mo>".join(letters), "inline"), self._spell(sentence))
             for letters, sentence, _ in _write_meanings(listed, MathML(self._letters))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -134,11 +135,14 @@ def cut_free(
     for component in arrows:
         marks += _draw(component, force, numbers)
     turning = max((float(np.linalg.norm(action.moment)) for action in possible), default=0.0)
+    bent = Counter[tuple[float, ...]]()
     for action, perturbed in zip(actions, possible, strict=True):
-        if np.linalg.norm(action.moment) > max(NEGLIGIBLE * moment, 1e-9 * force):
-            marks += _moment(setting, action, numbers, turn)
-        elif np.linalg.norm(perturbed.moment) > max(POSSIBLE * turning, 1e-9 * strongest):
-            marks += _moment(setting, perturbed, numbers, turn)
+        acts = np.linalg.norm(action.moment) > max(NEGLIGIBLE * moment, 1e-9 * force)
+        shown = action if acts else perturbed
+        if np.linalg.norm(shown.moment) > max(POSSIBLE * turning, 1e-9 * strongest) or acts:
+            place = tuple(np.round(setting.camera.at(shown.origin[0])).tolist())
+            marks += _moment(setting, shown, numbers, turn, 30.0 + 12.0 * bent[place])
+            bent[place] += shown.kind != "inertia"
     spots = {tuple(np.round(setting.camera.at(action.origin[0]), 1)) for action in actions}
     marks += [Circle(np.array(spot), 2.4, "tip") for spot in sorted(spots)]
     if not marks:
@@ -334,7 +338,9 @@ def _draw(drawn: _Arrow, largest: float, numbers: bool) -> Iterator[Mark]:
     yield _label(tip, drawn.symbol, drawn.size if numbers else None, "N", drawn.along, drawn.style)
 
 
-def _moment(setting: Setting, action: Action, numbers: bool, counted: float) -> Iterator[Mark]:
+def _moment(
+    setting: Setting, action: Action, numbers: bool, counted: float, radius: float
+) -> Iterator[Mark]:
     """A bent arrow, in the sense in which the equations count the moment, or as it acts."""
     # A couple of inertia is drawn against the sense in which moments count, as forces of inertia
     # against the axes, so that its letter has no sign
@@ -348,7 +354,7 @@ def _moment(setting: Setting, action: Action, numbers: bool, counted: float) -> 
         reaction = action.kind == "reaction"
         sense = _find_turn(setting, action) * _sense(setting, action) if reaction else -counted
         size, symbol = along * sense, symbol.removeprefix("-")
-    way, radius = sense, 24.0 if style == "inertia" else 30.0
+    way, radius = sense, 24.0 if style == "inertia" else radius
     turn = -way * np.linspace(0.0, 1.3 * math.pi, 40) - 0.4 * way
     yield from arc(at + radius * directions(turn), style)
     side = np.array([0.7, 0.7])

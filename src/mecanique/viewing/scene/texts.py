@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from itertools import chain
 
 import numpy as np
 
@@ -66,9 +67,9 @@ def document_of(
             modes = derive_modes(mechanism, most=READABLE)
         except MecaniqueError as error:
             refused = f"They are not written out: {error}."
-    # other methods have reactions among their symbols, which the equations of motion have not
     symbolic = [derived.document for derived in equations if derived.symbolic]
-    lists = [derived.symbols() for derived in symbolic]
+    # the steps of other methods have reactions among their symbols, in other places of the list
+    lists = sorted((derived.symbols() for derived in symbolic), key=len)
     names, about = {*mechanism.coordinates, *mechanism.values}, mechanism.about.replace("\n", " ")
     about = spell_greek(about, names, letters_of_words(mechanism))
     known = entry(mechanism.name) if is_known(mechanism.name) else None
@@ -78,7 +79,7 @@ def document_of(
         about=symbolic[0].introduction if symbolic else about,
         source=known.source if known else "",
         figure=_figure(motion),
-        symbols=min(lists, key=len) if lists else _symbols_of(mechanism, equations, modes),
+        symbols=tuple(dict.fromkeys(chain(*lists))) or _symbols_of(mechanism, equations, modes),
         method=method,
         derivations=tuple(_derivations(mechanism, equations, modes, refused)),
         verdict=table_of(verdict) if verdict is not None else VerdictTable(),
