@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import mecanique as mq
 from mecanique import textbook
 from mecanique.errors import InputError, MechanismError, UnknownNameError
 from mecanique.model import (
@@ -36,6 +37,7 @@ from mecanique.model import (
     coordinate,
     rod,
 )
+from mecanique.model.force_base import loads_in
 
 ALL = Mechanism(
     "all",
@@ -276,3 +278,17 @@ def test_what_is_not_said_is_what_the_conventions_say() -> None:
         np.testing.assert_allclose(wheel.matrix(turned)[:3, 2], across, rtol=0, atol=1e-15)
     roll = Rolling("r", "ball", 0.1)
     assert (roll.axis, wheel.matrix(roll.plane)[:3, 2].tolist()) == ((0.0, 1.0, 0.0), [0, 0, 1])
+
+
+def test_forces_in_a_joint_are_those_of_that_joint_and_kind() -> None:
+    forces = (
+        mq.JointSpring("coil", "pin", 7.0),
+        mq.JointDamper("oil", "pin", 0.5),
+        mq.JointSpring("other", "axle", 3.0),
+        mq.Potential("both", ("axle", "pin"), mq.coordinate("q") * mq.coordinate("p")),
+        mq.Force("weight", "body", (0, 0, 0), (0, 0, -1)),
+    )
+    assert [force.name for force in loads_in(forces, "pin")] == ["coil", "oil", "both"]
+    assert [force.name for force in loads_in(forces, "axle")] == ["other", "both"]
+    assert [force.name for force in loads_in(forces, "pin", "damper")] == ["oil"]
+    assert loads_in(forces, "none") == ()

@@ -31,6 +31,7 @@ from mecanique.reference.loops.singular import (
     _smooth_step,
     _State,
     _turns_ahead,
+    _velocity_on,
 )
 from mecanique.reference.tolerances import WEAK
 
@@ -240,6 +241,13 @@ def test_places_around_a_state_are_sought_where_the_path_leads(
     landings = _land_around(closed, _find_way(closed, here), here, 0.0, 0.01)
     assert landings is not None
     assert len(landings) == len(found) == 2 * _SIDE
+    way = _find_way(closed, here)
+    for landing in landings:
+        # on each of the places the velocity is one that the loop allows
+        v = _velocity_on(here, way, landing)
+        J = reference.constraint_jacobian(landing.q)
+        assert np.abs(J @ v).max() < 1e-9
+        assert v @ here.v > 0.9
     for side in (found[:_SIDE], found[_SIDE:]):
         for k, (sought, bend) in enumerate(side[1:], 2):
             size = np.linalg.norm(bend)

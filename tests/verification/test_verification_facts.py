@@ -103,6 +103,17 @@ def test_a_difference_within_the_rounding_of_a_mass_matrix_is_none(
     assert _frequencies(bench, fact) == pytest.approx(residual, rel=1e-3)
 
 
+def test_a_quantity_that_drifts_is_off_by_the_same_part_in_any_unit() -> None:
+    def almost(unit: float) -> Fact:
+        return Conserved("", lambda s: unit * (s.l * s["q'"] ** 2 / 6 - s.g * np.cos(s.q) / 2.01))
+
+    facts = tuple(almost(unit) for unit in (1.0, 1e-4, 1e4))
+    rows = check_facts(replace(entry("rigid_bar_pendulum"), facts=facts))
+    assert 1e-4 < rows[0].residual < 0.1
+    for row in rows[1:]:
+        assert row.residual == pytest.approx(rows[0].residual, rel=1e-9)
+
+
 def test_two_periods_are_not_the_period() -> None:
     (period,) = (fact for fact in entry("rigid_bar_pendulum").facts if isinstance(fact, Period))
     twice = replace(period, seconds=lambda s: 2 * period.seconds(s))
