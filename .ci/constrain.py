@@ -32,7 +32,9 @@ def main() -> None:
         wanted = [f"{ROOT}[{EXTRAS}]", "hatchling"]  # which builds the package
         install = [python, "-m", "pip", "install", "--quiet", *wanted]
         subprocess.run(install, env=environment, check=True, stdout=sys.stderr)
-        listed = subprocess.run([python, "-c", LIST], check=True, capture_output=True, text=True)
+        listed = subprocess.run(
+            [python, "-c", LIST], check=True, capture_output=True, encoding="utf-8"
+        )
     print("# Written by .ci/constrain.py; what continuous integration installs, and nobody else.")
     for line in sorted(set(listed.stdout.splitlines()), key=str.lower):
         name, version, *needed = line.split(" ")

@@ -203,7 +203,7 @@ def run(script: str, *arguments: str) -> None:
     done = subprocess.run(
         [sys.executable, "-c", inspect.cleandoc(script), *arguments],
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         check=False,
     )
     assert done.returncode == 0, done.stderr

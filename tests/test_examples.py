@@ -65,7 +65,7 @@ def test_the_ensemble_is_run_by_processes_of_dask(tmp_path: Path) -> None:
         cwd=tmp_path,
         env={**os.environ, **patient},
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         timeout=600,
         check=False,
     )

@@ -94,7 +94,9 @@ def test_what_is_named_is_on_the_disk(tmp_path: Path, monkeypatch: pytest.Monkey
 def test_a_full_disk_behind_a_redirection_is_told() -> None:
     words = [sys.executable, "-m", "mecanique", "urdf", "simple_pendulum"]
     with Path("/dev/full").open("w", encoding="utf-8") as out:
-        run = subprocess.run(words, stdout=out, stderr=subprocess.PIPE, text=True, check=False)
+        run = subprocess.run(
+            words, stdout=out, stderr=subprocess.PIPE, encoding="utf-8", check=False
+        )
     assert run.returncode == 2
     assert run.stderr == "error: standard output: No space left on device\n"
 

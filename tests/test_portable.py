@@ -29,7 +29,9 @@ TEMPORARY = "/" + "tmp/"
 OF_ONE_SYSTEM = {"crypt", "fcntl", "grp", "posix", "pty", "pwd", "resource", "termios", "winreg"}
 CALLS = {"os.fork", "os.getuid", "os.rename", "os.setsid"}
 SUSPECT = re.compile(
-    "|".join([r"\bopen\(", r"_text\(", TEMPORARY, *map(re.escape, (*CALLS, *OF_ONE_SYSTEM))])
+    "|".join(
+        [r"\bopen\(", r"_text\(", r"\btext=", TEMPORARY, *map(re.escape, (*CALLS, *OF_ONE_SYSTEM))]
+    )
 )
 """What a file must hold to be looked at more closely."""
 
@@ -58,6 +60,8 @@ def _without_encoding(call: ast.Call) -> bool:
     name = call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
     if any(keyword.arg in ("encoding", None) for keyword in call.keywords):
         return False
+    if name in ("run", "Popen", "check_output"):  # what a process says
+        return any(keyword.arg == "text" for keyword in call.keywords)
     if name == "read_text":
         return not call.args
     if name == "write_text":
@@ -98,6 +102,8 @@ def test_nothing_supposes_one_operating_system(folder: str) -> None:
         ("path.open()", 1),
         ("path.open('w')", 1),
         ("path.open('xb')", 0),
+        ("subprocess.run(command, text=True)", 1),
+        ("subprocess.run(command, encoding='utf-8')", 0),
         ("import fcntl", 1),
         ("from resource import getrusage", 1),
         ("Path(TEMPORARY)".replace("TEMPORARY", repr(TEMPORARY)), 1),

@@ -86,7 +86,7 @@ def judge_by_page(question: dict[str, object], answers: list[str]) -> list[dict[
     """Return the verdicts of the page's script."""
     data = json.dumps({"question": question, "answers": answers})
     run = subprocess.run(
-        ["node", str(JUDGE)], input=data, capture_output=True, text=True, check=True
+        ["node", str(JUDGE)], input=data, capture_output=True, encoding="utf-8", check=True
     )
     verdicts: list[dict[str, object]] = json.loads(run.stdout)
     return verdicts

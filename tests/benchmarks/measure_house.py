@@ -168,7 +168,7 @@ def measure_walk(root: Path) -> dict[str, str]:
         done = subprocess.run(
             [sys.executable, "-c", WALK, str(Path(folder) / "page.html")],
             capture_output=True,
-            text=True,
+            encoding="utf-8",
             check=True,
             env=environment,
             cwd=folder,

@@ -57,7 +57,7 @@ def main() -> None:
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 300.0
     system = sys.argv[2] if len(sys.argv) > 2 else "double_pendulum"
     words = [sys.executable, "-m", "mecanique", "view", system, "--no-browser"]
-    run = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+    run = subprocess.Popen(words, stdout=subprocess.PIPE, encoding="utf-8")
     assert run.stdout is not None
     chromium = (
         os.environ.get("MECANIQUE_CHROMIUM")

@@ -120,7 +120,7 @@ def test_the_entry_point_runs_as_a_program() -> None:
     done = subprocess.run(
         [sys.executable, "-m", "mecanique", "verify", "nothing"],
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         check=False,
     )
     assert done.returncode == 2
@@ -180,7 +180,7 @@ def test_ctrl_c_ends_with_130(interruptible: None) -> None:
         words,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        text=True,
+        encoding="utf-8",
         env=without_coverage(),
     ) as process:
         assert process.stdout is not None

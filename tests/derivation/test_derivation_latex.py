@@ -60,7 +60,12 @@ def render_with_katex(formulas: list[str]) -> int:
     need(shutil.which("node") is not None, "node", "node")
     command = ["node", "-e", KATEX]
     done = subprocess.run(
-        command, input=json.dumps(formulas), cwd=ROOT, capture_output=True, text=True, check=False
+        command,
+        input=json.dumps(formulas),
+        cwd=ROOT,
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
     )
     need("Cannot find module 'katex'" not in done.stderr, "KaTeX (npm install)", "node")
     assert done.returncode == 0, done.stderr[-2000:]

@@ -632,7 +632,9 @@ def test_deriving_does_not_import_sympy() -> None:
         "r = Ring(); q = r.coordinate('q'); L = r[\"q'\"]**2 + function('cos')(q)\n"
         "print(r.euler(L)[0].value, 'sympy' in sys.modules)"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, encoding="utf-8", check=True
+    )
     assert done.stdout.split() == ["2*q''", "+", "sin(1*(q))", "False"]
 
 

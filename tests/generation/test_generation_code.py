@@ -299,7 +299,9 @@ def test_the_test_that_comes_along_passes_and_fails_rightly(tmp_path: Path) -> N
         sources = [str(tmp_path / f"{name}.c"), str(tmp_path / f"test_{name}.c")]
         built = [compiler(), *WARNINGS, "-o", str(tmp_path / "run"), *sources, "-lm"]
         subprocess.run(built, check=True)
-        return subprocess.run([str(tmp_path / "run")], capture_output=True, text=True, check=False)
+        return subprocess.run(
+            [str(tmp_path / "run")], capture_output=True, encoding="utf-8", check=False
+        )
 
     assert run().returncode == 0
     source = tmp_path / f"{name}.c"
@@ -448,7 +450,9 @@ def test_names_that_are_words_of_a_language_do_no_harm() -> None:
 def test_python_text_runs_without_the_package(tmp_path: Path) -> None:
     mq.generate(derive_system("spherical_pendulum"), "python", "rhs").write(tmp_path)
     test = str(tmp_path / "test_spherical_pendulum.py")
-    done = subprocess.run([sys.executable, "-I", test], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-I", test], capture_output=True, encoding="utf-8", check=True
+    )
     assert done.stdout.startswith("rhs ")
 
 

@@ -85,7 +85,7 @@ def judge_in_javascript(question: dict[str, Any], answers: list[str]) -> list[di
         ["node", str(JUDGE)],
         input=json.dumps({"question": question, "answers": answers}),
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         check=True,
     )
     verdicts: list[dict[str, Any]] = json.loads(done.stdout)

@@ -42,7 +42,7 @@ def run_tree(question: ET.Element, answers: list[str], folder: Path) -> tuple[fl
     done = subprocess.run(
         ["maxima", "--very-quiet", "--batch", str(file)],
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         timeout=300,
         check=True,
     )

@@ -486,7 +486,9 @@ def test_numbers_need_no_sympy() -> None:
         "from mecanique.urdf.robots import robot\n"
         "read_urdf(robot('kinova'))\nprint(*({'sympy', 'scipy', 'pinocchio'} & set(sys.modules)))"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, encoding="utf-8", check=True
+    )
     assert not done.stdout.strip()
 
 

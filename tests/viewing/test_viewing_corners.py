@@ -426,7 +426,7 @@ def test_a_page_of_painlevés_rod_stops_where_no_mode_follows(tmp_path: Path) ->
     path = tmp_path / "tasks.json"
     path.write_text(json.dumps([task]), encoding="utf-8")
     done = subprocess.run(
-        ["node", str(SCRIPTS / "run_engines.js"), str(path)], capture_output=True, text=True
+        ["node", str(SCRIPTS / "run_engines.js"), str(path)], capture_output=True, encoding="utf-8"
     )
     assert "There is no motion with these values" in done.stderr
 

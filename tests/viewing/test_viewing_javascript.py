@@ -39,7 +39,9 @@ def node() -> str:
 
 def test_the_unit_tests_of_the_scripts_pass(node: str) -> None:
     files = sorted(map(str, TESTS.glob("*.test.js")))
-    done = subprocess.run([node, "--test", *files], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [node, "--test", *files], capture_output=True, encoding="utf-8", check=False
+    )
     assert done.returncode == 0, done.stdout
     assert "# fail 0" in done.stdout
 

@@ -237,7 +237,9 @@ def test_an_open_page_survives_a_program_that_is_killed(
     )
 
     def start() -> subprocess.Popen[str]:
-        return subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True)
+        return subprocess.Popen(
+            [sys.executable, str(script)], stdout=subprocess.PIPE, encoding="utf-8"
+        )
 
     with start() as first:
         assert first.stdout is not None
@@ -332,7 +334,7 @@ def test_control_c_ends_it_and_leaves_nothing(tmp_path: Path) -> None:
         [sys.executable, str(script)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        text=True,
+        encoding="utf-8",
         env=without_coverage(),
     ) as run:
         assert run.stdout is not None

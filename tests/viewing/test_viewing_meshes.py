@@ -398,7 +398,7 @@ def test_the_page_unpacks_what_was_packed(tmp_path: Path) -> None:
     script = ASSETS / "picture" / "meshes.js"
     command = [node, "--input-type=module", "-e", READ_IN_NODE % script.as_uri()]
     command += [json.dumps(head), str(tmp_path / "body")]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", check=True)
     positions, numbers, end = json.loads(done.stdout)
     assert end == len(packed.body)
     found = np.array(positions).reshape(-1, 3)[np.array(numbers)].reshape(-1, 3, 3)

@@ -93,7 +93,7 @@ def test_a_robot_falls_in_real_time_and_ctrl_c_leaves_nothing(tmp_path: Path) ->
         FALLING,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        text=True,
+        encoding="utf-8",
         cwd=tmp_path,
         env=without_coverage(),
     )
@@ -130,7 +130,7 @@ def test_ctrl_c_before_any_page_has_come_ends_it_too(tmp_path: Path) -> None:
         FALLING,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        text=True,
+        encoding="utf-8",
         cwd=tmp_path,
         env=without_coverage(),
     )
@@ -162,7 +162,7 @@ def test_the_motion_waits_for_its_first_page(tmp_path: Path) -> None:
     run = subprocess.Popen(
         [sys.executable, str(script)],
         stdout=subprocess.PIPE,
-        text=True,
+        encoding="utf-8",
         env=without_coverage(),
     )
     try:

@@ -54,7 +54,7 @@ def test_a_page_refuses_what_a_mechanism_refuses_in_its_words(tmp_path: Path) ->
         tasks.append({"engine": asdict(engine), "settings": settings})
     path = tmp_path / "tasks.json"
     path.write_text(json.dumps(tasks), encoding="utf-8")
-    done = subprocess.run(["node", str(SCRIPT), str(path)], capture_output=True, text=True)
+    done = subprocess.run(["node", str(SCRIPT), str(path)], capture_output=True, encoding="utf-8")
     assert done.returncode == 0, done.stderr
     told = [faults for system in json.loads(done.stdout) for faults in system]
     assert told == expected

@@ -232,7 +232,7 @@ def live(tmp_path: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
         [sys.executable, str(script)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        text=True,
+        encoding="utf-8",
         cwd=tmp_path,
         env=without_coverage(),
     )
@@ -309,7 +309,7 @@ def moving(
         [sys.executable, str(script)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        text=True,
+        encoding="utf-8",
         cwd=tmp_path,
         env=without_coverage(),
     )

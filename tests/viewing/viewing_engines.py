@@ -53,7 +53,7 @@ def run(tasks: Any, folder: Path, script: str = "run_engines") -> list[dict[str,
     done = subprocess.run(
         ["node", str(SCRIPTS / f"{script}.js"), str(path)],
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         check=False,
     )
     assert done.returncode == 0, done.stderr

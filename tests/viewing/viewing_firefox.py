@@ -219,7 +219,7 @@ def _running(command: list[str], **environment: str) -> Iterator[subprocess.Pope
         command,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
-        text=True,
+        encoding="utf-8",
         env=os.environ | environment,
     ) as process:
         try:

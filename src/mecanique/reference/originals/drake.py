@@ -55,11 +55,11 @@ def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Origi
     asked = {"text": text.decode("utf-8", "replace"), "form": form, "gravity": list(gravity)}
     held = form == "urdf" and free_root_of(text, v) is None
     carried = attributes_of(text, "child", "link") if held else None
-    request = json.dumps({**asked, "carried": carried, "q": dict(q), "v": dict(v)})
-    command = new_interpreter(f"from {__name__} import answer_request; answer_request()")
+    given = json.dumps({**asked, "carried": carried, "q": dict(q), "v": dict(v)})
+    words = new_interpreter(f"from {__name__} import answer_request; answer_request()")
     try:
         run = subprocess.run(
-            command, input=request, capture_output=True, text=True, timeout=_SECONDS, check=False
+            words, input=given, capture_output=True, encoding="utf-8", timeout=_SECONDS, check=False
         )
     except subprocess.TimeoutExpired:
         raise EngineError(f"it took longer than {_SECONDS:.0f} s") from None
