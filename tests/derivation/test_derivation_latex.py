@@ -302,7 +302,7 @@ def test_angles_that_are_called_by_words_have_letters() -> None:
     """Books write psi and phi; text, which is typed, keeps the names."""
     assert letters_of_words(make_turntable("yaw", "crank", "theta1", "rear_spin", "q")) == {
         f"{of}{name}": f"{of}{letter}"
-        for of in ("", "p_", "P_", "pi_", "Q_", "W_", "δW_", "sin_", "cos_")
+        for of in ("", "δ", "p_", "P_", "pi_", "Q_", "W_", "δW_", "sin_", "cos_")
         for name, letter in (("yaw", "psi"), ("crank", "phi_crank"), ("rear_spin", "phi_rear"))
     }
     equations = mq.derive(make_turntable("yaw"))
@@ -377,5 +377,7 @@ def test_lists_of_named_results_have_letters_for_words() -> None:
     page = mq.write_recursion(coin).latex()
     assert "\\text{cos}_{\\alpha} &= \\cos \\alpha" in page
     assert "virtual displacement along $\\dot{\\theta}$" in page
+    said = derive_system("rolling_coin", "virtual_work").latex(steps=True)
+    assert "leaves 3 independent, $\\delta \\alpha$, $\\delta \\theta$ and" in said
     assert not re.search(r"\\text\{(yaw|lean|spin)\}", page)
     assert "_yaw" not in mq.write_recursion(coin).mathml()

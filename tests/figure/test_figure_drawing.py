@@ -636,3 +636,8 @@ def test_the_length_of_a_rod_is_drawn_where_no_spring_crosses_it() -> None:
         axis = view.camera.at(view.point("DEF", (4 * view.mechanism.values["l"], 0, 0))) - lower
         away = abs(float(np.linalg.det([axis, middle - lower]))) / float(np.hypot(*axis))
         assert away > 30.0
+
+
+def test_a_free_body_shows_the_directions_of_its_place() -> None:
+    drawn = mq.picture(mq.textbook.load("free_rigid_body")).svg
+    assert [f'font-style="italic">{letter}<' in drawn for letter in "xyz"] == [True] * 3

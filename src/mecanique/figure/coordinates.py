@@ -493,7 +493,12 @@ class _Distance:
 def coordinates(setting: Setting, body: str | None = None) -> Iterator[Mark]:
     """Yield the marks of a mechanism's generalized coordinates."""
     mechanism = setting.mechanism
-    inside = {name for joint in mechanism.joints for name in joint.quaternion}
+    # of a body that floats at the origin the directions are shown
+    moved = {name for name, x in zip(mechanism.coordinates, setting.q, strict=True) if x}
+    inside = set[str]()
+    for joint in mechanism.joints:
+        aside = joint.quaternion and not moved.isdisjoint(joint.linear_coordinates)
+        inside.update(joint.coordinates if aside else joint.quaternion)
     distances: list[_Distance] = []
     arcs: Counter[tuple[float, ...]] = Counter()
     for k, name in enumerate(mechanism.coordinates):

@@ -56,7 +56,7 @@ _USUAL = {
 """The letter that books have for an angle that is called by a word."""
 
 _SPARE = ("phi", "theta", "psi", "alpha", "beta", "gamma", "chi")
-_OF_COORDINATES = ("", "p_", "P_", "pi_", "Q_", "W_", "δW_", "sin_", "cos_")
+_OF_COORDINATES = ("", "δ", "p_", "P_", "pi_", "Q_", "W_", "δW_", "sin_", "cos_")
 """Beginnings of the names of a coordinate and of what has it as the subscript."""
 
 _WORD = re.compile(r"(?:(?P<whose>[a-z]{2,})_)?(?P<word>[a-z]{3,})")
