@@ -7,6 +7,7 @@ import pytest
 from derivation_reading import value_of_text
 from systems import derive_system
 
+import mecanique as mq
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.scalars.evaluation import evaluate
 
@@ -40,5 +41,28 @@ def test_momenta_are_written_by_angular_velocities() -> None:
     across = "3 m (r^2 + 4 h^2) sin(theta)^2 phi'/20"
     assert f"p_psi = {spin}/10" in lines
     assert f"p_phi = {across} + {spin} cos(theta)/10" in lines
+    turning = "3 m (r^2 + 4 h^2) (theta'^2 + sin(theta)^2 phi'^2)/40 + 3 m r^2"
+    assert f"T = {turning} (psi' + cos(theta) phi')^2/20" in lines
     # other lines are multiplied out
     assert "d/dt ∂T/∂theta' = 3 m (r^2 + 4 h^2) theta''/20" in lines
+
+
+def test_a_potential_of_three_loads_together_counts_once() -> None:
+    """Of y/2 twice along x and x along y it is -x y."""
+    x, y = mq.coordinate("x"), mq.coordinate("y")
+    plane = mq.Mechanism(
+        "plane",
+        (mq.Body("ground"), mq.Body("led"), mq.Body("bead", mq.particle(2.0))),
+        (
+            mq.Prismatic("along", "ground", "led", axis=(1, 0, 0), coordinate="x"),
+            mq.Prismatic("across", "led", "bead", axis=(0, 1, 0), coordinate="y"),
+        ),
+        forces=(
+            mq.JointForce("one", "along", y / 2),
+            mq.JointForce("two", "along", y / 2),
+            mq.JointForce("three", "across", x),
+        ),
+        gravity=(0, 0, 0),
+    )
+    lines = [line.strip() for line in mq.derive(plane).text(steps=True).splitlines()]
+    assert "E = x'^2 + y'^2 - x y" in lines

@@ -203,3 +203,22 @@ def test_each_contact_and_each_constraint_owns_its_rows() -> None:
 def test_a_wheel_off_its_plane_is_refused() -> None:
     with pytest.raises(EngineError, match="a wheel is off its plane"):
         Reference(coin()).acceleration({"z": 0.7})
+
+
+def test_each_of_several_contacts_has_a_gap_of_its_own() -> None:
+    """Two balls of half a meter, 0.1 m and 0.3 m above the plane, and a blade before them."""
+    bodies = Body("ground"), *(Body(name, ball(1.0, 0.5)) for name in ("one", "two", "sled"))
+    joints = tuple(Floating(f"f {body.name}", "ground", body.name) for body in bodies[1:])
+    contacts = (
+        Rolling("first", "one", 0.5, axis=None),
+        mq.Blade("edge", "sled", (0, 0, 0), (0, 1, 0)),
+        Rolling("second", "two", 0.5, axis=None),
+    )
+    closed = Reference(Mechanism("balls", bodies, joints, contacts=contacts)).closed
+    assert closed is not None
+    still = [0, 0, 0, 1]
+    q = np.array([0, 0, 0.6, *still, 2, 0, 0.8, *still, 4, 0, 0, *still], dtype=float)
+    gaps = dict(zip(closed.closures.names, closed.closures.residual(q, 0.0), strict=True))
+    expected = {"first: normal": 0.1, "second: normal": 0.3}
+    for name, gap in gaps.items():
+        assert gap == pytest.approx(expected.get(name, 0.0), abs=1e-15)
