@@ -1,8 +1,9 @@
-"""Mechanisms for tests of sides: three leave a table, and a particle slides to a wall."""
+"""Mechanisms for tests of corners: of sides, and of slip that begins in space."""
 
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Literal
 
 import mecanique as mq
@@ -16,10 +17,12 @@ __all__ = [
     "make_braked",
     "make_buffer",
     "make_corner",
+    "make_pair",
     "make_rack",
     "make_rod",
     "make_sled",
     "make_slope",
+    "make_tow",
     "move_in_plane",
 ]
 
@@ -164,3 +167,49 @@ def _move_particle(name: str, *switching: Switching) -> mq.Mechanism:
         mq.Prismatic("z", "carriage", "p", axis=(0, 0, 1)),
     )
     return mq.Mechanism(name, bodies, joints, switching=switching)
+
+
+def make_tow(coins: int = 1) -> mq.Mechanism:
+    """Coins on a rough floor, towed by a ball on springs of 50 N/m that swings over them."""
+    axes = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
+    bodies = [mq.Body("ground"), mq.Body("ahead", mq.massless()), mq.Body("ball", mq.particle(1.0))]
+    joints = list[mq.Joint]()
+
+    def carry(names: str, number: str, chain: tuple[str, ...]) -> None:
+        for name, (parent, child) in zip(names, pairwise(chain), strict=True):
+            slide = f"{name}{number}"
+            joints.append(mq.Prismatic(slide, parent, child, coordinate=slide, axis=axes[name]))
+
+    carry("xy", "", ("ground", "ahead", "ball"))
+    springs, contacts = list[mq.Potential](), list[mq.Contact]()
+    for k in map(str, range(1, coins + 1)):
+        chain = ("ground", f"along{k}", f"across{k}", f"coin{k}")
+        bodies += [mq.Body(name, mq.massless()) for name in chain[1:3]]
+        bodies.append(mq.Body(chain[3], mq.particle(1.0)))
+        carry("xyz", k, chain)
+        stretch = sum((mq.coordinate(a) - mq.coordinate(a + k)) ** 2 for a in "xy")
+        springs.append(mq.Potential(f"spring{k}", ("x", "y", f"x{k}", f"y{k}"), 25.0 * stretch))
+        contacts.append(mq.Contact(f"floor{k}", chain[3], mu=0.4))
+    return mq.Mechanism(
+        "tow", tuple(bodies), tuple(joints), forces=tuple(springs), switching=tuple(contacts)
+    )
+
+
+def make_pair() -> mq.Mechanism:
+    """Two alike blocks with brakes of 3 N, towed by a ball on springs of 50 N/m."""
+    names = ("x", "x1", "x2")
+    slides = [
+        mq.Prismatic(name, "ground", f"body_{name}", coordinate=name, axis=(1, 0, 0))
+        for name in names
+    ]
+    springs = [
+        mq.Potential(f"to_{k}", ("x", k), 25.0 * (mq.coordinate("x") - mq.coordinate(k)) ** 2)
+        for k in names[1:]
+    ]
+    return mq.Mechanism(
+        "pair",
+        (mq.Body("ground"), *(mq.Body(f"body_{name}", mq.particle(1.0)) for name in names)),
+        tuple(slides),
+        forces=tuple(springs),
+        switching=tuple(mq.Friction(f"brake_{k}", k, 1.0, 3.0) for k in names[1:]),
+    )

@@ -12,7 +12,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sides import CORNER, make_braked, make_buffer, make_corner, make_rod, make_sled, make_slope
+from sides import (
+    CORNER,
+    make_braked,
+    make_buffer,
+    make_corner,
+    make_pair,
+    make_rod,
+    make_sled,
+    make_slope,
+    make_tow,
+)
 
 import mecanique as mq
 from mecanique.generation import dop853
@@ -309,6 +319,33 @@ def test_a_model_slips_in_space(write_modes: Callable[[str], Path]) -> None:
         state = found["state[floor]"]
         assert {*state[found["time"] < 1.02]} == {2}
         assert {*state[found["time"] > 1.03]} == {1}
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "q"), [(make_tow(), {"y": 0.05}), (make_pair(), {})], ids=["space", "pair"]
+)
+def test_a_model_begins_to_slip_in_space_and_of_two_at_once(
+    mechanism: mq.Mechanism, q: dict[str, float], tmp_path: Path
+) -> None:
+    modes, v = mq.derive_modes(mechanism), {"x": 1.0}
+    path = mq.generate(modes, "fmu", q=q, v=v, samples=4).write(tmp_path)[0]
+    motion = mq.simulate(mechanism, q=q, v=v, duration=0.5, rtol=1e-12)
+    for kind, most in (("CoSimulation", 1e-11), ("ModelExchange", 1e-7)):
+        moved = fmpy.simulate_fmu(
+            str(path), fmi_type=kind, stop_time=0.5, output_interval=0.01, relative_tolerance=1e-10
+        )
+        exact = motion(np.minimum(moved["time"], 0.5))
+        states = np.array([moved[name] for name in mechanism.coordinates]).T
+        np.testing.assert_allclose(states, exact.q, rtol=0, atol=most)
+
+
+def test_a_model_says_what_begins_to_slip_in_space_at_once(tmp_path: Path) -> None:
+    modes, q = mq.derive_modes(make_tow(2)), {"y1": 0.05, "y2": -0.05}
+    path = mq.generate(modes, "fmu", q=q, v={"x": 1.0}, samples=4).write(tmp_path)[0]
+    log: list[str] = []
+    with pytest.raises(FMICallException):
+        fmpy.simulate_fmu(str(path), stop_time=0.5, logger=lambda *said: log.append(str(said[-1])))
+    assert "contacts begin to slip in space at once at t = 0.0649" in log[-1]
 
 
 def test_a_model_s_sled_falls_when_its_end_passes_the_edge(tmp_path: Path) -> None:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import ellipkinc
-from sides import make_slope
+from sides import make_pair, make_slope, make_tow
 
 import mecanique as mq
 from mecanique.derivation.mechanics.switching import ElementRows, ElementState, Terms, name_mode
@@ -989,7 +990,68 @@ def test_a_box_that_turns_as_it_slides_is_refused() -> None:
         mq.simulate(box_on_floor(0.3), **start, duration=0.1)  # type: ignore[arg-type]
 
 
+def begin_tow(t: float, y: np.ndarray) -> np.ndarray:
+    """Return the rates of ball and coin, (r, s, r', s'); slow slip goes along the pull."""
+    (r, s), (u, w) = y[:4].reshape(2, 2), y[4:].reshape(2, 2)
+    pull = 50.0 * (r - s)
+    way = w if t > 1e-4 else pull
+    return np.concatenate([u, w, -pull, pull - 0.4 * G * way / np.linalg.norm(way)])
+
+
+def test_a_coin_begins_to_slip_in_space_without_end_of_steps() -> None:
+    """Slow slip turns towards the pull at a rate of one over its square time: as stiff as any."""
+    speed, aside, pull, rate = 1.0, 0.05, 0.4 * G / 50, math.sqrt(50)
+    motion = mq.simulate(make_tow(), q={"y": aside}, v={"x": speed}, duration=0.2, rtol=1e-12)
+    sine = math.sqrt((pull**2 - aside**2) / ((speed / rate) ** 2 - aside**2))
+    begun = math.asin(sine) / rate
+    assert [span.states["floor1"] for span in motion.modes] == ["sticks", "slips"]
+    assert motion.modes[1].begin == pytest.approx(begun, rel=1e-11)
+    at = [speed / rate * sine, aside * math.cos(rate * begun), 0, 0]
+    moves = [speed * math.cos(rate * begun), -aside * rate * sine, 0, 0]
+    options: Any = {"method": "Radau", "rtol": 1e-11, "atol": 1e-13}
+    first = solve_ivp(begin_tow, (0, 1e-4), [*at, *moves], **options).y[:, -1]
+    last = solve_ivp(begin_tow, (1.0001e-4, 0.2 - begun), first, **options).y[:, -1]
+    np.testing.assert_allclose(motion.q[-1, [0, 1, 2, 3]], last[:4], rtol=0, atol=1e-8)
+
+
+def test_alike_blocks_begin_to_slip_and_stop_at_once() -> None:
+    """One and the other stuck in turn, with no headway; both springs hold the ball: it swings."""
+    motion = mq.simulate(make_pair(), v={"x": 1.0}, duration=0.5, rtol=1e-11)
+    np.testing.assert_allclose(motion.q[:, 1], motion.q[:, 2], rtol=0, atol=1e-13)
+    begun = next(span.begin for span in motion.modes if set(span.states.values()) == {"slips +"})
+    assert begun == pytest.approx(math.asin(10 * 3 / 50) / 10, rel=1e-11)
+    lasting = [span for span in motion.modes if span.end - span.begin > 1e-9]
+    assert [len(set(span.states.values())) for span in lasting] == [1] * 4
+    # as one block of 2 kg on a spring of 100 N/m would, with 6 N of friction
+    ball, block, _ = make_pair().bodies[1:]
+    pull = 50.0 * (mq.coordinate("x") - mq.coordinate("x1")) ** 2
+    one = replace(
+        make_pair(),
+        bodies=(mq.Body("ground"), ball, mq.Body(block.name, mq.particle(2.0))),
+        joints=make_pair().joints[:2],
+        coordinates=mq.Coordinates(("x", "x1")),
+        forces=(mq.Potential("spring", ("x", "x1"), pull),),
+        switching=(mq.Friction("brake", "x1", 1.0, 6.0),),
+    )
+    alone = mq.simulate(one, v={"x": 1.0}, duration=0.5, rtol=1e-11)
+    np.testing.assert_allclose(motion.q[-1, :2], alone.q[-1], rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("later", [0.0, 1e-9])
+def test_coins_begin_to_slip_in_space_at_once_or_one_while_the_other_begins(later: float) -> None:
+    aside, pull = 0.05, 0.4 * G / 50
+    q = {"y1": aside, "y2": -aside * (1 - later)}
+    motion = mq.simulate(make_tow(2), q=q, v={"x": 1.0}, duration=0.08, rtol=1e-11)
+    assert motion.modes[-1].states == {"floor1": "slips", "floor2": "slips"}
+    # both springs hold the ball: it swings as sin(10 t)/10
+    begun = math.asin(10 * math.sqrt(pull**2 - aside**2)) / 10
+    assert motion.modes[-1].begin == pytest.approx(begun, rel=1e-11 + later)
+    last = motion.q[-1]
+    mirrored = last[[0, 1, 2, 3, 4]] * [1, -1, 1, -1, 1]
+    np.testing.assert_allclose(mirrored, last[[0, 1, 5, 6, 7]], rtol=0, atol=1e-11 + later)
+
+
 @pytest.mark.slow
-def test_contacts_that_begin_to_slip_in_space_at_once_are_refused_by_name() -> None:
+def test_corners_that_share_their_forces_begin_no_slip_at_once() -> None:
     with pytest.raises(mq.InputError, match=r"c0.*at once.*expected motion in a plane"):
         mq.simulate(box_on_floor(0.3, pull=3.0), q={"free_z": 0.1}, duration=0.1)

@@ -19,9 +19,11 @@ from sides import (
     make_braked,
     make_buffer,
     make_corner,
+    make_pair,
     make_rod,
     make_sled,
     make_slope,
+    make_tow,
     move_in_plane,
 )
 from viewing_browser import Visit
@@ -273,6 +275,29 @@ def test_a_page_lets_a_wall_bear_what_a_spent_brake_cannot(tmp_path: Path) -> No
     np.testing.assert_allclose(states[:2, :2], still, rtol=0, atol=1e-11)
     known = motion(times)
     np.testing.assert_allclose(states[:, :4], np.hstack([known.q, known.v]), rtol=0, atol=1e-9)
+
+
+@needs_node
+@pytest.mark.parametrize(
+    ("mechanism", "q"),
+    [
+        pytest.param(make_tow(), {"y": 0.05}, id="coin"),
+        pytest.param(make_pair(), {}, id="blocks"),
+        pytest.param(make_tow(2), {"y1": 0.05, "y2": -0.05}, id="coins", marks=pytest.mark.slow),
+    ],
+)
+def test_a_page_begins_to_slip_in_space_and_of_several_at_once(
+    mechanism: mq.Mechanism, q: dict[str, float], tmp_path: Path
+) -> None:
+    motion = mq.simulate(mechanism, q=q, v={"x": 1.0}, duration=0.08, rtol=1e-11)
+    begun = motion.modes[1].begin
+    times = [begun + later for later in (1e-6, 1e-4, 1e-3, 1e-2)]
+    task = {"engine": asdict(engine_of(motion)), "rtol": 1e-11, "times": times}
+    (computed,) = run([task], tmp_path)
+    assert computed["stopped"] == ""
+    known = motion(times)
+    states = np.array(computed["states"])[:, : mechanism.nq + mechanism.nv]
+    np.testing.assert_allclose(states, np.hstack([known.q, known.v]), rtol=0, atol=1e-10)
 
 
 @needs_node

@@ -149,8 +149,18 @@ SAME_WAY = 0.5
 A step may pass the first. Slip that ends passes both at once, as it comes back from where it went.
 """
 
+BEGUN = 1e7
+"""Slip in space has begun once it is this many times faster than rounding.
+
+Slower, its direction is that in which it grows: slip turns towards that at the rate μ g over its
+speed, which is as stiff as slip is slow. What this neglects of the speed across is of second order.
+"""
+
 ANGLES = 72
 """Directions in which a root of the direction of slip in space is looked for."""
+
+SAME_DIRECTION = 1e-13
+"""Angles between directions of slip below this are rounding."""
 
 SWITCHING = {
     "CLOSED_GAP": CLOSED_GAP,
@@ -164,6 +174,8 @@ SWITCHING = {
     "SAME_ANSWER": SAME_ANSWER,
     "TURNED": TURNED,
     "SAME_WAY": SAME_WAY,
+    "BEGUN": BEGUN,
+    "SAME_DIRECTION": SAME_DIRECTION,
     "ANGLES": ANGLES,
 }
 """Those that pages and code in C take, too."""

@@ -41,6 +41,7 @@ class ElementState:
     # of slip along its tangents, of unit length; of what sticks, against which its static friction
     # is all used, as it is where what else is held leaves it no slip
     direction: tuple[Any, ...] = ()
+    beginning: bool = False  # slow slip in space, along the direction in which it grows
 
 
 Mode: TypeAlias = "tuple[ElementState, ...]"

@@ -16,13 +16,14 @@
 #include <stdio.h>
 
 /*
- * HELD: closed, or sticks. SLIPS: in space, along a heading. AHEAD_KEPT and BACK_KEPT: sticks with all its static friction, as what
+ * HELD: closed, or sticks. BEGINS: slips in space, along the heading in which slip grows, as slow slip
+ * turns towards that at once. SLIPS: in space, along a heading. AHEAD_KEPT and BACK_KEPT: sticks with all its static friction, as what
  * else is held leaves it no slip; of the forces that rigid bodies do not determine these are some.
  */
-enum Element { OPEN_ELEMENT, HELD, FORWARD, BACKWARD, SLIPS, AHEAD_KEPT, BACK_KEPT, CHOICES };
+enum Element { OPEN_ELEMENT, HELD, FORWARD, BACKWARD, BEGINS, SLIPS, AHEAD_KEPT, BACK_KEPT, CHOICES };
 enum { MODE_SIZE = 3 * ELEMENTS };
 enum { LONGEST = (int)NV > (int)ROWS ? (int)NV : (int)ROWS };
-enum { MOST_AT_ONCE = 50, MOST_IN_TURN = 10000, MOST_FOLLOWING = 16, SENTENCE = 400 };
+enum { MOST_SWEEPS = 20, MOST_AT_ONCE = 50, MOST_IN_TURN = 10000, MOST_FOLLOWING = 16, SENTENCE = 400 };
 
 typedef struct {
     double first[NQ], mass[NV][NV], load[NV];            /* rates of q, M, forces less bias */
@@ -294,6 +295,16 @@ static double rounding(const Terms *k, const double *v)
     return STILL * most;
 }
 
+/* Return the speed below which the rate of a row is rounding. */
+static double still_speed(const Terms *k, const double *v)
+{
+    double free[NV], usual = 0.0;
+    memcpy(free, k->load, sizeof free);
+    by_mass(k, 1, free);
+    for (int r = 0; r < ROWS; r++) usual = fmax(usual, within(k->slopes[r], free));
+    return fmax(STILL * sqrt(LENGTH * usual), rounding(k, v)) + 1e-300;
+}
+
 /*
  * Point slip in space along that of a state: as rounding, or past its end, slip points anywhere, and
  * the mode's heading is kept. Return of which elements it is that of the state, bit by bit.
@@ -312,13 +323,62 @@ static int point_slip(const Terms *k, double least, const double *mode, double *
     return followed;
 }
 
+/* Return where the slip that begins along a heading goes across it. */
+static double find_across(const Terms *k, const Drive *drive, double *mode, int e, double angle,
+                          Solved *solved)
+{
+    const double across[2] = {-sin(angle), cos(angle)};
+    double gained[ROWS];
+    put_state(mode, e, BEGINS, cos(angle), sin(angle));
+    if (!solve_mode(k, drive, mode, solved)) return NAN;
+    for (int r = 0; r < ROWS; r++) gained[r] = along(k->slopes[r], solved->a) - drive->wanted[r];
+    return part_along(e, gained, across);
+}
+
+/*
+ * Solve a mode in which slip begins along the heading in which it grows, between two angles where it
+ * goes across by `first` and `last`; return whether there is one.
+ */
+static bool begin_slip(const Terms *k, const Drive *drive, double *mode, int e, double low, double high,
+                       double first, double last, Solved *solved)
+{
+    if (!(first * last <= 0.0 && first != last)) return false;
+    for (double middle = 0.5 * (low + high); low < middle && middle < high; middle = 0.5 * (low + high))
+        if (find_across(k, drive, mode, e, middle, solved) * first > 0.0) low = middle;
+        else high = middle;
+    return !isnan(find_across(k, drive, mode, e, high, solved));
+}
+
+/* Solve a mode next to the headings of slip that begins, each by those of the others. */
+static bool solve_begun(const Terms *k, const Drive *drive, double *mode, Solved *solved)
+{
+    const double wide = acos(SAME_WAY);
+    int begun = 0;
+    for (int e = 0; e < ELEMENTS; e++) begun += mode[e] == BEGINS;
+    if (!begun) return solve_mode(k, drive, mode, solved);
+    for (int sweep = 0; sweep < MOST_SWEEPS; sweep++) {
+        double turned = 0.0;
+        for (int e = 0; e < ELEMENTS; e++) {
+            if (mode[e] != BEGINS) continue;
+            const double angle = atan2(heading_of(mode, e)[1], heading_of(mode, e)[0]);
+            const double low = angle - wide, high = angle + wide;
+            const double first = find_across(k, drive, mode, e, low, solved);
+            const double last = find_across(k, drive, mode, e, high, solved);
+            if (!begin_slip(k, drive, mode, e, low, high, first, last, solved)) return false;
+            turned = fmax(turned, fabs(atan2(heading_of(mode, e)[1], heading_of(mode, e)[0]) - angle));
+        }
+        if (begun == 1 || turned <= SAME_DIRECTION) return true;
+    }
+    return false;
+}
+
 /* Solve the mode of p in a state. */
 static bool solve_present(const Terms *k, const Drive *drive, const double *y, const double *p,
                           Solved *solved)
 {
     double pointed[MODE_SIZE];
     point_slip(k, rounding(k, y + NQ), p + MODE, pointed);
-    return solve_mode(k, drive, pointed, solved);
+    return solve_begun(k, drive, pointed, solved);
 }
 
 static void rates(double t, const double *y, const double *p, double *out)
@@ -384,7 +444,9 @@ static void give_margins(double t, const double *y, const double *p, double *out
         if (normal[e] >= 0 && p[MODE + e] == OPEN_ELEMENT) out[2 * e] += EVEN * LENGTH;
         else if (!elastic[e]) out[2 * e] += pull;
         if (tangents[e][0] >= 0 && p[MODE + e] == HELD) out[2 * e + 1] += pull;
-        /* slip in space ends, or has turned */
+        /* slip in space ends, or has begun, or has turned */
+        const double slow = still_speed(&k, y + NQ), speed = out[2 * e + 1];
+        if (p[MODE + e] == BEGINS) out[2 * e + 1] = fmin(slow + speed, BEGUN * slow - speed);
         if (p[MODE + e] == SLIPS) out[2 * e + 1] -= TURNED * size_along(e, k.rate);
     }
 }
@@ -411,7 +473,7 @@ static void give_states(double t, const double *y, const double *p, double *out)
     (void)t; (void)y;
     /* in space an element slips in one state, in a plane in two */
     for (int e = 0; e < ELEMENTS; e++)
-        out[e] = p[MODE + e] == SLIPS ? FORWARD : state_of(p[MODE + e]);
+        out[e] = p[MODE + e] == SLIPS || p[MODE + e] == BEGINS ? FORWARD : state_of(p[MODE + e]);
 }
 
 /* on the rows that are held ------------------------------------------------------------------- */
@@ -490,16 +552,6 @@ static void project(double t, double *y, const double *p, int held, const int *r
 
 /* which mode follows -------------------------------------------------------------------------- */
 
-/* Return the speed below which the rate of a row is rounding. */
-static double still_speed(const Terms *k, const double *v)
-{
-    double free[NV], usual = 0.0;
-    memcpy(free, k->load, sizeof free);
-    by_mass(k, 1, free);
-    for (int r = 0; r < ROWS; r++) usual = fmax(usual, within(k->slopes[r], free));
-    return fmax(STILL * sqrt(LENGTH * usual), rounding(k, v)) + 1e-300;
-}
-
 /* Return whether what a mode holds keeps a row from changing. */
 static bool is_kept(const Terms *k, const double *mode, int row)
 {
@@ -543,7 +595,7 @@ static bool is_sound(const Terms *k, const Drive *drive, const Solved *solved, c
             continue;
         }
         const int rub = tangents[e][0], across = rub < 0 || tangents[e][1] < 0 ? rub : tangents[e][1];
-        if (state >= FORWARD && state != SLIPS && beginning[e] && !drive->impact) {
+        if (state >= FORWARD && tangents[e][1] < 0 && beginning[e] && !drive->impact) {
             /* a row that is not at rest is kept nowhere, as at a dead center */
             const bool kept = fabs(gained[rub]) <= size[rub] && is_kept(k, solved->mode, rub);
             if (kept != (state > SLIPS)) return false;
@@ -628,18 +680,6 @@ static int leave_spent(const Terms *k, const Drive *drive, int spent, int number
     return lasting ? lasting : number;
 }
 
-/* Return where the slip that begins along a heading goes across it. */
-static double find_across(const Terms *k, const Drive *drive, double *mode, int e, double angle,
-                          Solved *solved)
-{
-    const double across[2] = {-sin(angle), cos(angle)};
-    double gained[ROWS];
-    put_state(mode, e, SLIPS, cos(angle), sin(angle));
-    if (!solve_mode(k, drive, mode, solved)) return NAN;
-    for (int r = 0; r < ROWS; r++) gained[r] = along(k->slopes[r], solved->a) - drive->wanted[r];
-    return part_along(e, gained, across);
-}
-
 /*
  * Solve a mode; if an element begins to slip in space, along each heading that it goes along. Return
  * how many solutions there are.
@@ -653,12 +693,7 @@ static int solve_in_space(const Terms *k, const Drive *drive, double *mode, int 
     for (int i = 0; i < ANGLES && number < most; i++) {
         const double high = 0.01 + (i + 1) * 8.0 * atan(1.0) / ANGLES;
         const double last = find_across(k, drive, mode, begins, high, solved + number);
-        double end = high, middle = 0.5 * (low + high);
-        const bool passes = first * last <= 0.0 && first != last;
-        for (; passes && low < middle && middle < end; middle = 0.5 * (low + end))
-            if (find_across(k, drive, mode, begins, middle, solved + number) * first > 0.0) low = middle;
-            else end = middle;
-        if (passes) find_across(k, drive, mode, begins, end, solved + number++);
+        number += begin_slip(k, drive, mode, begins, low, high, first, last, solved + number);
         low = high, first = last;
     }
     return number;
@@ -666,7 +701,7 @@ static int solve_in_space(const Terms *k, const Drive *drive, double *mode, int 
 
 /*
  * Find every mode of the states allowed of each element, bit by bit, whose conditions are met; return
- * how many have different solutions, −1 if several elements begin to slip in space at once.
+ * how many have different solutions, −1 if there are none unless several begin to slip in space at once.
  */
 static int solve_all(const Terms *k, const Drive *drive, const int *allowed, const bool *near,
                      const bool *beginning, int spent, double still, Solved *kept)
@@ -675,6 +710,7 @@ static int solve_all(const Terms *k, const Drive *drive, const int *allowed, con
     double mode[MODE_SIZE], free[NV];
     int number = 0, count = 0;
     long modes = 1;
+    bool several = false;
     for (int e = 0; e < ELEMENTS; e++) modes *= CHOICES;
     for (long code = 0; code < modes; code++) {
         bool tried = true;
@@ -686,7 +722,7 @@ static int solve_all(const Terms *k, const Drive *drive, const int *allowed, con
             put_in_plane(mode, e, state);
             if (!tried || state != SLIPS) continue;
             if (!beginning[e]) put_along(mode, e, k->rate);
-            else if (begins >= 0) return -1;
+            else if (begins >= 0) several = true, tried = false;
             else begins = e;
         }
         if (!tried) continue;
@@ -696,6 +732,7 @@ static int solve_all(const Terms *k, const Drive *drive, const int *allowed, con
             if (is_sound(k, drive, sound + first + i, near, beginning, still))
                 sound[number++] = sound[first + i];
     }
+    if (several && !number) return -1;
     number = leave_spent(k, drive, spent, number, sound);
     memcpy(free, drive->load, sizeof free);
     by_mass(k, 1, free);
@@ -726,7 +763,7 @@ static int candidates(const Terms *k, int e, bool touches, double still)
     const bool moves = size_along(e, k->rate) > still;
     if (tangents[e][1] >= 0) return apart | 1 << SLIPS | (moves ? 0 : 1 << HELD);
     if (moves) return apart | 1 << (k->rate[tangents[e][0]] > 0.0 ? FORWARD : BACKWARD);
-    return apart | ((1 << CHOICES) - (1 << HELD) - (1 << SLIPS));
+    return apart | ((1 << CHOICES) - (1 << HELD) - (1 << BEGINS) - (1 << SLIPS));
 }
 
 static bool is_touching(const Terms *k, int e, double state)
@@ -821,6 +858,42 @@ static int find_next(const Terms *k, const bool *touching, const int *forbidden,
     return solve_all(k, &drive, allowed, near, beginning, spent, 0.0, kept);
 }
 
+/* Find what follows; what has begun to slip, bit by bit, sticks only where nothing else does. */
+static int find_following(const Terms *k, int begun, const bool *touching, const int *forbidden, int spent,
+                          double still, Solved *kept)
+{
+    int ends[ELEMENTS];
+    for (int e = 0; e < ELEMENTS; e++) ends[e] = forbidden[e] | (begun >> e & 1) << HELD;
+    const int count = begun ? find_next(k, touching, ends, spent, still, kept) : 0;
+    return count ? count : find_next(k, touching, forbidden, spent, still, kept);
+}
+
+/*
+ * What began to slip just now and goes on, bit by bit: where several begin at once by symmetry, one and
+ * another would stick in turn without end.
+ */
+static int list_begun(const Terms *k, const double *y, const double *p)
+{
+    Solved solved;
+    int begun = 0;
+    const double still = still_speed(k, y + NQ);
+    const Drive drive = accelerate(k);
+    if (!solve_present(k, &drive, y, p, &solved)) return 0;
+    for (int e = 0; e < ELEMENTS; e++) {
+        double growth[ROWS], size = 0.0;
+        if (!(solved.mode[e] >= FORWARD && solved.mode[e] <= SLIPS)) continue;
+        for (int i = 0; i < 2; i++) {
+            const int row = tangents[e][i];
+            if (row < 0) continue;
+            growth[row] = along(k->slopes[row], solved.a) + k->gamma[row];
+            size = fmax(size, within(k->slopes[row], solved.a) + fabs(k->gamma[row]));
+        }
+        const bool grows = part_along(e, growth, heading_of(solved.mode, e)) >= -SLACK * size;
+        if (grows && size_along(e, k->rate) <= still) begun |= 1 << e;
+    }
+    return begun;
+}
+
 /*
  * Take away the rates of contacts whose bounces are over, those left staying below `lowest`, while
  * what follows holds together; return whether there are any. All bounces left out press as much as
@@ -869,11 +942,11 @@ static bool is_decided(int count, const char *what, double t, char *words)
 /*
  * Resolve impacts, then choose the mode that follows; return whether there is one, and say why not.
  * `forbidden` has the states of each element that end here, bit by bit; `spent`
- * those whose static friction is spent; `early` is the tolerance by
+ * those whose static friction is spent, `begun` those whose slip has begun; `early` is the tolerance by
  * which an importing tool found the corner, zero if it is found here.
  */
 static bool change(double t, double *y, double *p, bool *touching, const int *forbidden, int spent,
-                   double early, char *words)
+                   int begun, double early, char *words)
 {
     Terms k;
     Solved kept[MOST_FOLLOWING];
@@ -898,17 +971,22 @@ static bool change(double t, double *y, double *p, bool *touching, const int *fo
         know(t, y, p, &k);
         still = still_speed(&k, before);
     }
-    int count = find_next(&k, touching, forbidden, spent, still, kept);
+    int count = find_following(&k, begun, touching, forbidden, spent, still, kept);
     if (strikes && count == 1
         && rest(t, y, p, touching, forbidden, spent, still, lowest, kept)) {
         know(t, y, p, &k);
-        count = find_next(&k, touching, forbidden, spent, still, kept);
+        count = find_following(&k, begun, touching, forbidden, spent, still, kept);
     }
     /* an importing tool finds the corner a little early as well: the mode goes on for now */
     if (count == 0 && early > 0.0) count = find_next(&k, touching, none, 0, still, kept);
     if (!is_decided(count, "%d modes that rigid bodies determine follow at t = %.9g s, where one is "
                     "expected (Painleve)", t, words))
         return false;
+    /* where another element switches meanwhile, slip that begins still does */
+    for (int e = 0; e < ELEMENTS; e++) {
+        const bool slow = size_along(e, k.rate) < 0.5 * BEGUN * still;
+        if (slow && kept[0].mode[e] == SLIPS && p[MODE + e] == BEGINS) kept[0].mode[e] = BEGINS;
+    }
     memcpy(p + MODE, kept[0].mode, sizeof kept[0].mode);
     project(t, y, p, list_held(p + MODE, rows), rows);
     return true;
@@ -929,7 +1007,7 @@ static bool begin(double t, double *y, double *p, double early, char *words)
         touching[e] = elastic[e] ? k.gap[normal[e]] < 0.0 : is_touching(&k, e, OPEN_ELEMENT);
         put_in_plane(p + MODE, e, normal[e] >= 0 ? OPEN_ELEMENT : HELD);
     }
-    return change(t, y, p, touching, none, 0, early, words);
+    return change(t, y, p, touching, none, 0, 0, early, words);
 }
 
 /* Return the speed of slip that an importing tool leaves, which finds its end by its own tolerance. */
@@ -948,11 +1026,16 @@ static bool switch_at(double t, double *y, double *p, int j, double early, char 
     int forbidden[ELEMENTS] = {0}, rows[ROWS];
     know(t, y, p, &k);
     for (int i = 0; i < ELEMENTS; i++) touching[i] = is_touching(&k, i, p[MODE + i]);
+    const int begun = list_begun(&k, y, p);
     if (which == 1 && state != HELD) {
-        double mode[MODE_SIZE];
-        const int followed = point_slip(&k, late_speed(&k, y, early), p + MODE, mode);
+        double mode[MODE_SIZE], least = late_speed(&k, y, early);
+        if (state == BEGINS) {
+            p[MODE + e] = SLIPS;
+            least = 0.5 * BEGUN * still_speed(&k, y + NQ);
+        }
+        const int followed = point_slip(&k, least, p + MODE, mode);
         if (followed >> e & 1) {
-            /* slip in space that goes on in another direction is followed from there */
+            /* slip in space that has begun, or goes on in another direction, is followed from there */
             memcpy(p + MODE, mode, sizeof mode);
             return true;
         }
@@ -975,7 +1058,7 @@ static bool switch_at(double t, double *y, double *p, int j, double early, char 
             if (p[MODE + i] > SLIPS) spent |= 1 << i, forbidden[i] = 1 << (int)p[MODE + i];
         if (!spent) forbidden[e] = ~(1 << OPEN_ELEMENT);
     }
-    return change(t, y, p, touching, forbidden, spent, early, words);
+    return change(t, y, p, touching, forbidden, spent, begun & ~(1 << e), early, words);
 }
 
 /* in co-simulation ---------------------------------------------------------------------------- */
@@ -1005,7 +1088,7 @@ static double margin_at(double from, const double *y, const double *p, double t,
 
 /*
  * Find the first corner within a step from y; return the margin that passes zero there, or −1. Just
- * after a corner a margin may be zero to rounding: it passes zero if it has left it before.
+ * after a corner a margin may be zero to rounding: when it passes zero is found from where it has left.
  */
 static int find_corner(double from, double to, const double *y, const double *p, double *before,
                        double *when)
@@ -1026,8 +1109,9 @@ static int find_corner(double from, double to, const double *y, const double *p,
                 begun = low + width;
                 leaves = margin_at(from, y, p, begun, j) > 0.0;
             }
-            if (!leaves) continue;
-            double inside = begun, outside = high;
+            /* friction that does not leave zero passes it at once, as where two begin to slip together */
+            if (!leaves && j % 2 == 0) continue;
+            double inside = leaves ? begun : low, outside = leaves ? high : low;
             for (int s = 0; s < HALVINGS; s++) {
                 const double middle = 0.5 * (inside + outside);
                 if (middle <= inside || middle >= outside) break;

@@ -440,25 +440,32 @@ EXPORT Status fmi3UpdateDiscreteStates(void *model, bool *again, bool *terminate
     State *now = &m->now;
     double left[2 * ELEMENTS];
     char words[SENTENCE];
-    int passed = -1, rows[ROWS];
+    int rows[ROWS];
+    bool passed[2 * ELEMENTS];
     if (find_rates(m) != fmi3OK) return fmi3Discard;
     /* the tool may have found the corner just before it: look a little ahead */
     double ahead[N];
     const double h = AHEAD * (1.0 + fabs(now->t));
     for (int i = 0; i < N; i++) ahead[i] = now->y[i] + h * now->dy[i];
     give_margins(now->t + h, ahead, now->p, left);
-    for (int j = 2 * ELEMENTS - 1; j >= 0; j--)
-        if (left[j] < 0.0 && now->left[j] >= 0.0) passed = j;
+    for (int j = 0; j < 2 * ELEMENTS; j++) passed[j] = left[j] < 0.0 && now->left[j] >= 0.0;
     /* of slip in space that ends, margins touch zero, and no tool finds them below it */
     Terms k;
     know(now->t, now->y, now->p, &k);
     for (int e = 0; e < ELEMENTS; e++)
         if (now->p[MODE + e] == SLIPS && size_along(e, k.rate) <= late_speed(&k, now->y, early(m)))
-            passed = 2 * e + 1;
+            passed[2 * e + 1] = true;
     /* first, as rates of rows that are held would be taken for rates of contacts that part */
     project(now->t, now->y, now->p, list_held(now->p + MODE, rows), rows);
-    if (passed >= 0 && !switch_at(now->t, now->y, now->p, passed, early(m), words))
-        return say(m, fmi3Error, words);
+    bool switched = false;
+    for (int j = 0; j < 2 * ELEMENTS; j++) {
+        if (!passed[j]) continue;
+        /* of what passes at once, what the first switch leaves as it was */
+        if (switched) give_margins(now->t, now->y, now->p, left);
+        if (switched && left[j] >= 0.0) continue;
+        if (!switch_at(now->t, now->y, now->p, j, early(m), words)) return say(m, fmi3Error, words);
+        switched = true;
+    }
     note_margins(now);
     *values = true;
     return fmi3OK;

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
@@ -30,6 +31,7 @@ from mecanique.derivation.mechanics.switching import (
 )
 from mecanique.derivation.switching import name_forces
 from mecanique.derivation.tolerances import (
+    BEGUN,
     CLOSED_GAP,
     DEAD,
     DRIFTED,
@@ -40,6 +42,7 @@ from mecanique.derivation.tolerances import (
     REDUNDANT,
     SAME_PROGRAM,
     SAME_WAY,
+    SLACK,
     STILL,
     TAIL,
 )
@@ -350,6 +353,10 @@ class Corners:
             terms = self.rows.at(q, v, t)
             margins = self.laws.margins(terms, mode)
             load = float(np.abs(terms.load).max(initial=0.0))
+            for k, state in enumerate(mode):
+                if state.beginning:  # it ends at rest, or has begun
+                    slow, speed = self.still_speed(terms, v), margins[k, 1]
+                    margins[k, 1] = min(slow + speed, BEGUN * slow - speed)
         pull = DEAD * load + LEAST_MARGIN
         for k, state in enumerate(mode):
             if state.name == OPEN:
@@ -448,7 +455,7 @@ class Corners:
             return (
                 mode[k].name == OPEN and not met and terms.rates[row] > self.still_speed(terms, v)
             )
-        if not self._is_turning(terms, k, v, mode[k]):
+        if mode[k].beginning or not self._is_turning(terms, k, v, mode[k]):
             return False
         self._times.append(t)
         self._modes.append(self.laws.along_slip(terms, mode))
@@ -497,7 +504,29 @@ class Corners:
         elif not shared and not self._is_turning(terms, k, v, state):
             # the slip, which is zero to rounding, is zero
             y = self._project(t, y, (*mode[:k], ElementState(STICKS), *mode[k + 1 :]))
-        return self._change(t, y, touching, forbidden, spent)
+        begun = self._list_begun(terms, solution, v) - {(k, STICKS)}
+        return self._change(t, y, touching, forbidden, spent, begun)
+
+    def _list_begun(
+        self, terms: Terms, solution: ModeSolution | None, v: Array
+    ) -> frozenset[tuple[int, str]]:
+        """Return what began to slip just now and goes on, each with the state that it has left.
+
+        Where several begin at once by symmetry, one and another would stick in turn without end.
+        """
+        if solution is None:
+            return frozenset()
+        J, a, still = terms.jacobian, solution.a, self.still_speed(terms, v)
+        growth, size = J @ a + terms.gamma, np.abs(J) @ np.abs(a) + np.abs(terms.gamma)
+        begun = set[tuple[int, str]]()
+        for k, (element, state) in enumerate(zip(self.elements, solution.mode, strict=True)):
+            rows = list(element.tangents)
+            if not state.direction or state.name == STICKS:
+                continue
+            grows = growth[rows] @ np.array(state.direction) >= -SLACK * size[rows].max()
+            if grows and np.linalg.norm(terms.rates[rows]) <= still:
+                begun.add((k, STICKS))
+        return frozenset(begun)
 
     def _is_turning(self, terms: Terms, k: int, v: Array, state: ElementState) -> bool:
         """Return whether slip in space goes on in another direction."""
@@ -542,10 +571,12 @@ class Corners:
         touching: list[bool],
         forbidden: frozenset[tuple[int, str]],
         spent: int | None = None,
+        begun: frozenset[tuple[int, str]] = frozenset(),
     ) -> tuple[Array, list[Occurrence]]:
         """Resolve impacts, then choose the mode that follows; return the state and events.
 
-        What has spent its static friction sticks on only where others take some of it.
+        What has spent its static friction sticks on only where others take some of it, and what has
+        begun to slip only where nothing else follows.
         """
         q, v = y[: self._nq], y[self._nq :].copy()
         before = y[self._nq :]
@@ -558,8 +589,16 @@ class Corners:
             if touching[k] and element.struck and terms.rates[element.rows[0]] < -still
         ]
 
+        old = self._modes[-1] if self._modes else ()
+
         def follow() -> ModeSolution:
-            following = self.laws.follow(terms, touching, still, forbidden, self._ended)
+            following = list[ModeSolution]()
+            if begun:
+                with suppress(InputError):
+                    ends = forbidden | begun
+                    following = self.laws.follow(terms, touching, still, ends, self._ended)
+            if not following:
+                following = self.laws.follow(terms, touching, still, forbidden, self._ended)
             if spent is not None and len(following) > 1:
                 following = [
                     s
@@ -596,11 +635,17 @@ class Corners:
                 occurrences.append(Occurrence(f"{self.elements[k].name}: rest", t + later, q, v, v))
             solution = self._decide(t, y, follow)
         mode = solution.mode
-        old = self._modes[-1] if self._modes else None
         y = self._project(t, np.concatenate([q, v]), mode)
         q, v = y[: self._nq], y[self._nq :]
         for k, state in enumerate(mode):
-            if old is not None and old[k].name != state.name:
+            # where another element switches meanwhile, slip that begins still does; half, as at the
+            # speed itself it has begun
+            speed = np.linalg.norm(terms.rates[list(self.elements[k].tangents)])
+            slow = state.name == SLIPS and speed < 0.5 * BEGUN * still
+            if slow and old and old[k].beginning:
+                mode = (*mode[:k], replace(state, beginning=True), *mode[k + 1 :])
+        for k, state in enumerate(mode):
+            if old and old[k].name != state.name:
                 said = f"{self.elements[k].name}: {state.name}"
                 occurrences.append(Occurrence(said, t, q, v, v))
         self._times.append(t)

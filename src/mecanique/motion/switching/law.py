@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
-from math import hypot, prod
+from math import acos, atan2, hypot, prod
 from typing import final
 
 import numpy as np
@@ -44,6 +44,7 @@ from mecanique.derivation.tolerances import (
     ANGLES,
     REDUNDANT,
     SAME_ANSWER,
+    SAME_DIRECTION,
     SAME_WAY,
     SLACK,
     TURNED,
@@ -64,6 +65,9 @@ _DIRECTIONS = {
 
 _UNDIRECTED = (CLOSED, STICKS, SLIPS)
 """States without a direction of slip, or one that is sought."""
+
+MOST_SWEEPS = 20
+"""Sweeps over the directions of slip that begins in several contacts at once."""
 
 MOST_IMPACTS = 10_000
 """Impacts that may follow each other in turn at one instant."""
@@ -149,6 +153,8 @@ class Laws:
     def solve(self, terms: Terms, mode: Mode, rounding: float = 0.0) -> ModeSolution | None:
         """Return accelerations and forces in a mode, with the direction of slip of the state."""
         drive, mode = accelerate(terms, self.elements), self.along_slip(terms, mode, rounding)
+        if any(state.beginning for state in mode):
+            return self._begin_slips(terms, mode, drive)
         return solve(terms, self.elements, mode, drive, self.permanent)
 
     def along_slip(self, terms: Terms, mode: Mode, rounding: float = 0.0) -> Mode:
@@ -157,7 +163,7 @@ class Laws:
             return mode
         states = []
         for element, state in zip(self.elements, mode, strict=True):
-            if state.name == SLIPS:
+            if state.name == SLIPS and not state.beginning:
                 slip = terms.rates[list(element.tangents)]
                 size = float(np.linalg.norm(slip))
                 # past its end, or as rounding, slip points anywhere: the mode's direction is kept
@@ -178,7 +184,7 @@ class Laws:
         moved = terms.gaps, terms.rates
         margins = np.array(list_margins(self.elements, mode, moved, forces, limits, hypot))
         for k, (element, state) in enumerate(zip(self.elements, mode, strict=True)):
-            if state.name == SLIPS:  # it ends, or has turned
+            if state.name == SLIPS and not state.beginning:  # it ends, or has turned
                 margins[k, 1] -= TURNED * np.linalg.norm(terms.rates[list(element.tangents)])
         if solution is not None and solution.redundant:
             spare = self._find_spare(terms, solution, accelerate(terms, self.elements))
@@ -235,24 +241,34 @@ class Laws:
     ) -> list[ModeSolution]:
         """Return the solutions of all modes whose conditions are met."""
         self._refuse_many(choices)
-        solutions, several = list[ModeSolution](), list[int]()
+        solutions, together = list[ModeSolution](), list[tuple[Mode, list[int]]]()
+
+        def add(mode: Mode, begin: list[int]) -> None:
+            solutions.extend(
+                solution
+                for solution in self._in_space(terms, mode, drive, begin)
+                if self._is_sound(terms, solution, drive, near, beginning, still)
+            )
+
         for mode in product(*choices):
             begin = [
                 k for k, state in enumerate(mode) if state.name == SLIPS and not state.direction
             ]
+            if mode in ended:
+                continue
             if len(begin) > 1:
-                several = begin
-            elif mode not in ended:
-                solutions += (
-                    solution
-                    for solution in self._in_space(terms, mode, drive, begin)
-                    if self._is_sound(terms, solution, drive, near, beginning, still)
-                )
-        if several and not solutions:
-            names = ", ".join(repr(self.elements[k].name) for k in several)
+                together.append((mode, begin))
+            else:
+                add(mode, begin)
+        if together and not solutions:
+            for mode, begin in together:
+                add(mode, begin)
+        if together and not solutions:
+            names = ", ".join(repr(self.elements[k].name) for k in together[-1][1])
             raise InputError(
-                f"contacts {names} may begin to slip in space at once, which is not treated: only "
-                "one at a time is; expected motion in a plane, or no friction in all but one"
+                f"contacts {names} may begin to slip in space at once, in directions that depend "
+                "on each other and were not found; expected motion in a plane, or no friction in "
+                "all but one"
             )
         return solutions
 
@@ -295,17 +311,57 @@ class Laws:
     def _in_space(
         self, terms: Terms, mode: Mode, drive: ModeProblem, begin: Sequence[int]
     ) -> Iterator[ModeSolution]:
-        """Yield the solutions of a mode, for each direction in which a contact begins to slip."""
+        """Yield the solutions of a mode, for each direction in which contacts begin to slip."""
         if not begin:
             solution = solve(terms, self.elements, mode, drive, self.permanent)
             if solution is not None:
                 yield solution
             return
-        (k,) = begin
+        around = np.linspace(-np.pi, np.pi, ANGLES + 1) + 0.01
+        if len(begin) == 1:
+            yield from self._begin_slip(terms, mode, drive, begin[0], around)
+            return
+        sticking = tuple(ElementState(STICKS) if k in begin else s for k, s in enumerate(mode))
+        alone = list[list[Mode]]()
+        for k in begin:
+            solutions = list(self._begin_slip(terms, sticking, drive, k, around))
+            if any(solution.redundant for solution in solutions):
+                return  # directions depend on shares, which are not determined
+            alone.append([solution.mode for solution in solutions])
+        for starts in product(*alone):
+            states = list(mode)
+            for k, start in zip(begin, starts, strict=True):
+                states[k] = start[k]
+            solution = self._begin_slips(terms, tuple(states), drive)
+            if solution is not None:
+                yield solution
+
+    def _begin_slips(self, terms: Terms, mode: Mode, drive: ModeProblem) -> ModeSolution | None:
+        """Return the solution next to the directions of slip that begins, each by the others'."""
+        begin = [k for k, state in enumerate(mode) if state.beginning]
+        x, y = np.array([mode[k].direction for k in begin]).T
+        angles, solution = np.arctan2(y, x), None
+        for _ in range(MOST_SWEEPS):
+            before = angles.copy()
+            for i, k in enumerate(begin):
+                near = angles[i] + acos(SAME_WAY) * np.array([-1.0, 1.0])
+                solution = next(self._begin_slip(terms, mode, drive, k, near), None)
+                if solution is None:
+                    return None
+                mode = solution.mode
+                angles[i] = atan2(*mode[k].direction[::-1])
+            if len(begin) == 1 or np.abs(angles - before).max() <= SAME_DIRECTION:
+                return solution
+        return None
+
+    def _begin_slip(
+        self, terms: Terms, mode: Mode, drive: ModeProblem, k: int, angles: Array
+    ) -> Iterator[ModeSolution]:
+        """Yield the solutions in which a contact slips as slip grows, between two of the angles."""
         tangents = list(self.elements[k].tangents)
 
         def at(angle: float) -> ModeSolution | None:
-            state = ElementState(SLIPS, (float(np.cos(angle)), float(np.sin(angle))))
+            state = ElementState(SLIPS, (float(np.cos(angle)), float(np.sin(angle))), True)
             changed = (*mode[:k], state, *mode[k + 1 :])
             return solve(terms, self.elements, changed, drive, self.permanent)
 
@@ -318,7 +374,6 @@ class Laws:
 
         from scipy.optimize import brentq
 
-        angles = np.linspace(-np.pi, np.pi, ANGLES + 1) + 0.01
         values = [across(angle) for angle in angles]
         for low, high, a, b in zip(angles, angles[1:], values, values[1:], strict=False):
             if a * b <= 0 and a != b:

@@ -56,7 +56,7 @@ export class Corners {
     const { law } = this;
     const terms = this.read(t, y, p, force);
     const along = law.alongSlip(terms, mode, law.rounding(terms, this.speeds(y)));
-    const solved = law.solve(terms, along, law.accelerate(terms));
+    const solved = law.solveBegun(terms, along, law.accelerate(terms));
     const none = (numbers) => Array.from(numbers, () => NaN);
     return { mode, a: none(terms.free), forces: none(terms.gaps), ...solved, terms };
   }
@@ -87,7 +87,7 @@ export class Corners {
   // What the elements have left in the present mode, two numbers each, more than their rounding.
   margins(t, y) {
     const solved = this.solve(this.present, t, y);
-    return this.law.findMargins(solved.terms, solved, this.present);
+    return this.law.findMargins(solved.terms, solved, this.present, this.speeds(y));
   }
 
   // The loops that the rows make which are held, in position or in velocity alone.
@@ -157,7 +157,8 @@ export class Corners {
           return end === null ? [] : [{ j, t: bisect(value, begin[0], end) }];
         }
         const begun = this.before[j] > 0 ? low : this.leave(value, low, high);
-        return begun === null ? [] : [{ j, t: bisect(value, begun, high) }];
+        if (begun !== null) return [{ j, t: bisect(value, begun, high) }];
+        return j & 1 ? [{ j, t: low }] : [];
       });
       if (passed.length) return passed.reduce((a, b) => (b.t < a.t ? b : a));
       [this.before, low] = [now, high];
@@ -165,8 +166,8 @@ export class Corners {
     return null;
   }
 
-  // Just after a corner a margin may be zero to rounding: a time at which it has left zero, if it
-  // does so at all.
+  // Just after a corner a margin may be zero to rounding: a time at which it has left zero, if it does
+  // so at all; that of friction passes zero at once if it does not, as where two begin to slip together.
   leave(value, low, high) {
     let width = high - low;
     for (let k = 0; k < 50; k++) {
@@ -192,7 +193,28 @@ export class Corners {
     if (which === 1) this.endSlip(t, y, k);
     else touching[k] = !isHeld(mode[k]) || (element.struck && this.isInside(k, now));
     const spent = this.listSpent(k, which, touching);
-    return this.change(t, y, touching, this.forbid(k, which, now, spent), spent);
+    const begun = this.listBegun(t, y).filter((i) => i !== k);
+    const isForbidden = this.forbid(k, which, now, spent);
+    return this.change(t, y, touching, { isForbidden, spent, begun });
+  }
+
+  // What began to slip just now and goes on: where several begin at once by symmetry, one and another
+  // would stick in turn without end.
+  listBegun(t, y) {
+    const { law, present } = this;
+    const { a, mode, terms } = this.solve(present, t, y);
+    const [still, { SLACK }] = [law.stillSpeed(terms, this.speeds(y)), this.tolerances];
+    return [...mode.keys()].filter((k) => {
+      const { tangents } = this.elements[k];
+      const { heading, name } = mode[k];
+      if (!heading || name === STICKS) return false;
+      const growth = tangents.map((row) => dot(terms.slopes[row], a) + terms.gamma[row]);
+      const sizes = tangents.map(
+        (row) => within(terms.slopes[row], a) + Math.abs(terms.gamma[row]),
+      );
+      const slip = tangents.map((row) => terms.rates[row]);
+      return dot(heading, growth) >= -SLACK * Math.max(...sizes) && Math.hypot(...slip) <= still;
+    });
   }
 
   // The slip, which is zero to rounding, is zero.
@@ -208,11 +230,13 @@ export class Corners {
     if (!this.atOnce) this.ended.clear();
   }
 
-  // Slip in space that goes on in another direction is followed from there; says whether it does.
+  // Slip in space that has begun, or goes on in another direction, is followed from there; says
+  // whether it does.
   turn(t, y, now, k) {
-    const { law, present } = this;
-    const along = law.alongSlip(now, present, law.stillSpeed(now, this.speeds(y)));
-    if (along[k] === present[k]) return false;
+    const { law } = this;
+    const begun = this.present.with(k, { ...this.present[k], begins: false });
+    const along = law.alongSlip(now, begun, law.stillSpeed(now, this.speeds(y)));
+    if (along[k] === begun[k]) return false;
     this.go(t, y, along);
     return true;
   }
@@ -292,7 +316,7 @@ export class Corners {
     const touching = this.elements.map(({ normal }, k) =>
       this.law.isElastic(k) ? now.gaps[normal] < 0 : this.isTouching(k, now),
     );
-    return this.change(t, y, touching, () => false);
+    return this.change(t, y, touching);
   }
 
   project(t, y, mode) {
@@ -301,7 +325,7 @@ export class Corners {
   }
 
   // Impacts, if contacts approach, then the mode that follows; in words, if there is none.
-  change(t, y, touching, isForbidden, spent = []) {
+  change(t, y, touching, { isForbidden = () => false, spent = [], begun = [] } = {}) {
     const { law, ended } = this;
     let now = this.read(t, y);
     let still = law.stillSpeed(now, this.speeds(y));
@@ -320,7 +344,7 @@ export class Corners {
         still = law.stillSpeed(now, larger);
       }
       const follow = () =>
-        this.onlyOf(law.follow(now, { touching, still, isForbidden, ended, spent }));
+        this.followBegun(now, { touching, still, isForbidden, ended, spent, begun });
       let next = follow();
       const over = approaching.length ? this.listEnded(next, { now, touching, still }) : [];
       if (over.length) {
@@ -335,12 +359,37 @@ export class Corners {
         next = follow();
       }
       this.project(t, y, next.mode);
-      this.go(t, y, next.mode);
+      this.go(t, y, this.keepBeginning(next.mode, now, still));
       return "";
     } catch (error) {
       if (error instanceof Undecided) return error.message;
       throw error;
     }
+  }
+
+  // A mode in which slip that begins still does, where another element switches meanwhile.
+  keepBeginning(mode, { rates }, still) {
+    return mode.map((state, k) => {
+      const slip = this.elements[k].tangents.map((row) => rates[row]);
+      const slow = Math.hypot(...slip) < 0.5 * this.tolerances.BEGUN * still;
+      const slips = state.name === this.present?.[k].name;
+      return slow && slips && this.present[k].begins ? { ...state, begins: true } : state;
+    });
+  }
+
+  // The only mode that follows; what has begun to slip sticks only where nothing else does.
+  followBegun(now, instant) {
+    const { begun } = instant;
+    if (begun.length) {
+      const isForbidden = (k, state) =>
+        instant.isForbidden(k, state) || (begun.includes(k) && state.name === STICKS);
+      try {
+        return this.onlyOf(this.law.follow(now, { ...instant, isForbidden }));
+      } catch (error) {
+        if (!(error instanceof Undecided)) throw error;
+      }
+    }
+    return this.onlyOf(this.law.follow(now, instant));
   }
 
   // The only mode that may follow.

@@ -3,20 +3,23 @@
 //
 // The program gives the terms of a state, M a = load + Jᵀ λ with J a + γ = 0. A mode has the state of
 // each element, its name and its heading: the direction of slip along the element's tangents, or of
-// what sticks that against which all of its static friction is used. All modes are tried, so that
-// none, one and several solutions are told apart. In C corners.c has the same law.
+// what sticks that against which all of its static friction is used. Slip in space that begins goes
+// along the direction in which it grows until it has begun, as slow slip turns towards that at once.
+// All modes are tried, so that none, one and several solutions are told apart. In C corners.c has the
+// same law.
 
 import { dot } from "../data/vectors.js";
 
 export const OPEN = "open";
 export const STICKS = "sticks";
 const [CLOSES, FORWARD, BACKWARD, SLIPS] = ["closed", "slips +", "slips -", "slips"];
+const MOST_SWEEPS = 20; // over the directions of slip that begins in several contacts
 const NO_SPEED = 1e-300; // so that a bound on what is at rest is not zero, and may divide
 
 // Why no motion goes on from a state.
 export class Undecided extends Error {}
 
-const stand = (name, heading = null) => ({ name, heading });
+const stand = (name, heading = null, begins = false) => ({ name, heading, begins });
 const point = (slip) =>
   stand(
     SLIPS,
@@ -32,6 +35,7 @@ const IN_LINE = [
 export const isHeld = ({ name }) => name !== OPEN;
 export const isKept = ({ name, heading }) => name === STICKS && heading !== null;
 const slips = ({ name, heading }) => name !== STICKS && heading !== null;
+const isSought = ({ name, heading }) => name === SLIPS && !heading;
 export const keyOf = (mode) => JSON.stringify(mode);
 
 export const within = (a, b) => a.reduce((sum, x, i) => sum + Math.abs(x * b[i]), 0);
@@ -217,12 +221,35 @@ export class Law {
   // points anywhere, and the mode's direction is kept.
   alongSlip({ rates }, mode, rounding) {
     return mode.map((state, k) => {
-      if (state.name !== SLIPS) return state;
+      if (state.name !== SLIPS || state.begins) return state;
       const slip = this.elements[k].tangents.map((row) => rates[row]);
       const speed = Math.hypot(...slip);
       const ahead = dot(slip, state.heading) > this.tolerances.SAME_WAY * speed;
       return speed > rounding && ahead ? point(slip) : state;
     });
+  }
+
+  // The solution in which slip that begins goes along the direction in which it grows, next to the
+  // mode's, each by those of the others; null if there is none.
+  solveBegun(terms, mode, drive) {
+    const begun = [...mode.keys()].filter((k) => mode[k].begins);
+    if (!begun.length) return this.solve(terms, mode, drive);
+    const wide = Math.acos(this.tolerances.SAME_WAY);
+    const angleOf = ({ heading: [x, y] }) => Math.atan2(y, x);
+    let solved = null;
+    for (let sweep = 0; sweep < MOST_SWEEPS; sweep++) {
+      const before = begun.map((k) => angleOf(mode[k]));
+      for (const [i, k] of begun.entries()) {
+        const near = [before[i] - wide, before[i] + wide];
+        solved = this.beginSlip(terms, mode, drive, k, near).next().value;
+        if (!solved) return null;
+        mode = solved.mode;
+      }
+      const turned = begun.map((k, i) => Math.abs(angleOf(mode[k]) - before[i]));
+      if (begun.length === 1 || Math.max(...turned) <= this.tolerances.SAME_DIRECTION)
+        return solved;
+    }
+    return null;
   }
 
   // What each element has left in its state, two numbers: its gap or what presses; the reserve of
@@ -249,7 +276,7 @@ export class Law {
   }
 
   // The same between corners, more than rounding.
-  findMargins(terms, solved, mode) {
+  findMargins(terms, solved, mode, v) {
     const { tolerances, length } = this;
     const left = this.findLeft(
       this.accelerate(terms),
@@ -261,12 +288,14 @@ export class Law {
     const pull = tolerances.DEAD * load + tolerances.LEAST_MARGIN;
     return left.flatMap(([first, second], k) => {
       const { normal, ends, tangents } = this.elements[k];
-      const { name } = mode[k];
+      const { name, begins } = mode[k];
       // what is closed opens beyond an end; what is open closes without a gap and inside
       if (ends && name === OPEN) first = Math.max(first, -terms.inside[k]);
       else if (ends) first = Math.min(first, (terms.inside[k] * load) / length);
-      // slip in space ends, or has turned
-      if (name === SLIPS)
+      // slip in space ends, or has begun, or has turned
+      const slow = this.stillSpeed(terms, v);
+      if (begins) second = Math.min(slow + second, tolerances.BEGUN * slow - second);
+      else if (name === SLIPS)
         second -= tolerances.TURNED * Math.hypot(...tangents.map((row) => terms.rates[row]));
       if (normal !== null && name === OPEN) first += tolerances.EVEN * length;
       else if (!this.isElastic(k)) first += pull;
@@ -362,27 +391,53 @@ export class Law {
   // The solutions of all modes whose conditions are met; of one that begins to slip in space, for
   // each direction in which it may.
   solveAll(terms, choices, drive, instant) {
-    const sound = [];
-    for (const mode of choose(choices))
-      for (const solved of this.solveInSpace(terms, mode, drive))
-        if (this.isSound(terms, drive, solved, instant)) sound.push(solved);
-    return sound;
+    const isOne = (mode) => mode.filter(isSought).length < 2;
+    const solveEach = (modes) =>
+      modes
+        .flatMap((mode) => [...this.solveInSpace(terms, mode, drive)])
+        .filter((solved) => this.isSound(terms, drive, solved, instant));
+    const modes = [...choose(choices)];
+    const sound = solveEach(modes.filter(isOne));
+    const together = modes.filter((mode) => !isOne(mode));
+    if (!together.length || sound.length) return sound;
+    const several = solveEach(together);
+    if (several.length) return several;
+    throw new Undecided(
+      "where contacts may begin to slip in space at once, in directions that depend on each other " +
+        "and were not found",
+    );
   }
 
   *solveInSpace(terms, mode, drive) {
-    const seek = ({ name, heading }) => name === SLIPS && !heading;
-    const sought = mode.filter(seek).length;
-    if (!sought) {
+    const begin = [...mode.keys()].filter((k) => isSought(mode[k]));
+    if (!begin.length) {
       const solved = this.solve(terms, mode, drive);
       if (solved) yield solved;
       return;
     }
-    if (sought > 1)
-      throw new Undecided("where contacts begin to slip in space at once, which is not treated");
-    const { tangents } = this.elements[mode.findIndex(seek)];
+    const { ANGLES } = this.tolerances;
+    const around = Array.from({ length: ANGLES + 1 }, (_, k) => (2 * Math.PI * k) / ANGLES + 0.01);
+    if (begin.length === 1) {
+      yield* this.beginSlip(terms, mode, drive, begin[0], around);
+      return;
+    }
+    const sticking = mode.map((state) => (isSought(state) ? stand(STICKS) : state));
+    const alone = begin.map((k) => [...this.beginSlip(terms, sticking, drive, k, around)]);
+    for (const starts of choose(alone)) {
+      const states = [...mode];
+      begin.forEach((k, i) => (states[k] = starts[i].mode[k]));
+      const solved = this.solveBegun(terms, states, drive);
+      if (solved) yield solved;
+    }
+  }
+
+  // The solutions in which an element slips in the direction in which slip grows, between two of the
+  // angles.
+  *beginSlip(terms, mode, drive, k, angles) {
+    const { tangents } = this.elements[k];
     const at = (angle) => {
-      const headed = stand(SLIPS, [Math.cos(angle), Math.sin(angle)]);
-      const pointed = mode.map((state) => (seek(state) ? headed : state));
+      const headed = stand(SLIPS, [Math.cos(angle), Math.sin(angle)], true);
+      const pointed = mode.map((state, i) => (i === k ? headed : state));
       return this.solve(terms, pointed, drive);
     };
     const across = (angle) => {
@@ -391,14 +446,12 @@ export class Law {
       const [x, y] = solved ? tangents.map(slip) : [NaN, NaN];
       return Math.cos(angle) * y - Math.sin(angle) * x;
     };
-    const { ANGLES } = this.tolerances;
-    const angles = Array.from({ length: ANGLES + 1 }, (_, k) => (2 * Math.PI * k) / ANGLES + 0.01);
     const values = angles.map(across);
-    for (let k = 0; k < ANGLES; k++) {
-      if (!(values[k] * values[k + 1] <= 0 && values[k] !== values[k + 1])) continue;
-      let [low, high] = [angles[k], angles[k + 1]];
+    for (let i = 0; i < angles.length - 1; i++) {
+      if (!(values[i] * values[i + 1] <= 0 && values[i] !== values[i + 1])) continue;
+      let [low, high] = [angles[i], angles[i + 1]];
       for (let middle = (low + high) / 2; low < middle && middle < high; middle = (low + high) / 2)
-        if (across(middle) * values[k] > 0) low = middle;
+        if (across(middle) * values[i] > 0) low = middle;
         else high = middle;
       const solved = at(high);
       if (solved) yield solved;
