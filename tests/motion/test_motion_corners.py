@@ -798,14 +798,37 @@ def test_programs_of_modes_give_what_the_engine_s_quantities_do(system: str) -> 
             terms = corners.rows.at(q, v, t)
             solution = corners.laws.solve(terms, mode)
             assert solution is not None
-            np.testing.assert_allclose(
-                program.rates(t, y), [*v, *solution.a], rtol=1e-10, atol=1e-10
-            )
-            margins, load = program.margins(t, y)
+            rates, left = program.rates(t, y, mode, 0.0), program.margins(t, y, mode, 0.0)
+            assert rates is not None
+            assert left is not None
+            np.testing.assert_allclose(rates, [*v, *solution.a], rtol=1e-10, atol=1e-10)
+            margins, load = left
             expected = corners.laws.margins(terms, mode)
             np.testing.assert_allclose(margins, expected, rtol=1e-10, atol=1e-10)
             assert load == pytest.approx(np.abs(terms.load).max(), rel=1e-12)
     assert written > 1
+
+
+def test_a_program_of_slip_in_space_takes_its_direction_from_the_state() -> None:
+    corners = Corners(make_tow())
+    program = ModePrograms(corners.rows).write((ElementState("slips"),))
+    assert program is not None
+    q, v = np.random.default_rng(3).normal(size=(2, 5))
+    y, terms = np.concatenate([q, v]), corners.rows.at(q, v, 0.0)
+    slip = terms.rates[corners.rubbing["floor1"]]
+    along, back = (
+        (ElementState("slips", tuple(sign * slip / np.linalg.norm(slip))),) for sign in (1, -1)
+    )
+    solution = corners.laws.solve(terms, along)
+    rates, left = program.rates(0.0, y, along, 1e-9), program.margins(0.0, y, along, 1e-9)
+    assert solution is not None
+    assert rates is not None
+    assert left is not None
+    np.testing.assert_allclose(rates, [*v, *solution.a], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(left[0], corners.laws.margins(terms, along), rtol=1e-12, atol=1e-12)
+    # past its end, and as rounding, it has none
+    assert program.rates(0.0, y, back, 1e-9) is None
+    assert program.margins(0.0, y, along, 10.0) is None
 
 
 def test_a_mode_asked_for_often_is_computed_by_its_program(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -838,8 +861,8 @@ def test_a_program_that_differs_from_the_engine_is_not_used(
     program = ModePrograms(corners.rows).write(corners.mode(0.0))
     assert program is not None
     assert corners._agrees(program, 0.0, y)
-    right = program.rates
-    program.rates = lambda t, y: np.asarray(right(t, y)) * (1 + 1e-6)
+    right = program._rates
+    program._rates = lambda t, y: np.asarray(right(t, y)) * (1 + 1e-6)
     assert not corners._agrees(program, 0.0, y)
 
 

@@ -45,6 +45,7 @@ from mecanique.derivation.tolerances import (
     SLACK,
     STILL,
     TAIL,
+    TURNED,
 )
 from mecanique.errors import DerivationError, InputError, IntegrationError
 from mecanique.generation.mechanics.switching import SwitchingEquations
@@ -75,18 +76,45 @@ class ModeProgram:
         acceleration, forces = equations.solve(mode, accelerate(terms, elements))
         margins = list_present_margins(terms, elements, mode, forces, equations.length)
         self._elements = len(margins)
-        rates = values_of([*letters.rates, *acceleration])
-        watched = values_of([*np.ravel(margins), *terms.load])
+        self.slipping = [k for k, state in enumerate(mode) if state.name == SLIPS]
+        slips = [terms.rates[row] for k in self.slipping for row in elements[k].tangents]
+        rates = values_of([*letters.rates, *acceleration, *slips])
+        watched = values_of([*np.ravel(margins), *terms.load, *slips])
         program = rows.program(rates)
         self.length = len(letters.tape.find_needed([*rates, *watched]))
-        self.rates = scalar(program)
+        self._rates = scalar(program)
         self._watch = list_values(program, watched)
 
-    def margins(self, t: float, y: Array) -> tuple[Array, float]:
-        """Return what each element has left, shape (elements, 2), and the largest load."""
+    def rates(self, t: float, y: Array, mode: Mode, slow: float) -> Array | None:
+        """Return the rates of a state; None where slip in space has no direction of its own."""
+        values = self._rates(t, y)
+        if not self.slipping:
+            return values
+        slips = values[len(y) :].reshape(-1, 2)
+        return values[: len(y)] if self._has_directions(slips, mode, slow) else None
+
+    def margins(self, t: float, y: Array, mode: Mode, slow: float) -> tuple[Array, float] | None:
+        """Return what each element has left, shape (elements, 2), and the largest load.
+
+        None where slip in space has no direction of its own.
+        """
         values = np.array(self._watch(t, y))
-        end = 2 * self._elements
-        return values[:end].reshape(-1, 2), float(np.abs(values[end:]).max(initial=0.0))
+        end, last = 2 * self._elements, len(values) - 2 * len(self.slipping)
+        margins, slips = values[:end].reshape(-1, 2), values[last:].reshape(-1, 2)
+        if not self._has_directions(slips, mode, slow):
+            return None
+        for k, slip in zip(self.slipping, slips, strict=True):
+            margins[k, 1] = slip @ np.array(mode[k].direction) - TURNED * np.linalg.norm(slip)
+        return margins, float(np.abs(values[end:last]).max(initial=0.0))
+
+    def _has_directions(self, slips: Array, mode: Mode, slow: float) -> bool:
+        """Return whether slip in space is faster than rounding, and not past its end."""
+        sizes = np.hypot(*slips.T)
+        pairs = zip(self.slipping, slips, sizes, strict=True)
+        return all(
+            size > slow and slip @ np.array(mode[k].direction) > SAME_WAY * size
+            for k, slip, size in pairs
+        )
 
 
 @final
@@ -103,9 +131,8 @@ class ModePrograms:
 
     def write(self, mode: Mode) -> ModeProgram | None:
         """Return a mode as a program; None if it is not to be written as one."""
-        slips_in_space = any(state.name == SLIPS for state in mode)
         sliding = any(
-            state.direction and element.pressing is not None
+            (state.direction or state.name == SLIPS) and element.pressing is not None
             for element, state in zip(self._rows.elements, mode, strict=True)
         )
         # what slips beside another contact is not solved on a tape to as many digits as here
@@ -113,7 +140,7 @@ class ModePrograms:
             state.name != OPEN and e.struck
             for e, state in zip(self._rows.elements, mode, strict=True)
         )
-        if self._rows.permanent or slips_in_space or (sliding and presses > 1):
+        if self._rows.permanent or (sliding and presses > 1):
             return None
         try:
             program = ModeProgram(self._rows, self._equations, mode)
@@ -187,6 +214,7 @@ class Corners:
         self._asked: dict[Mode, int] = {}
         # from when to when the program of the last mode asked for holds; hashing a mode takes time
         self._present_program: tuple[float, float, ModeProgram | None] = (inf, -inf, None)
+        self._slow = 0.0  # of slip in space, that which the engine follows
         self._writer = ModePrograms(self.rows)
         self._terms: Callable[[float, Array], Terms] | None = None
         self._at_once = 0
@@ -213,9 +241,12 @@ class Corners:
         program = self._program(t, y)
         if program is not None:
             try:
-                return program.rates(t, y)
+                mode = self.mode(t) if program.slipping else ()
+                rates = program.rates(t, y, mode, self._slow)
             except (ArithmeticError, ValueError):
-                pass  # the engine may know, or says why not
+                rates = None  # the engine may know, or says why not
+            if rates is not None:
+                return rates
         return self._rates(t, y)
 
     def _rates(self, t: float, y: Array) -> Array:
@@ -243,7 +274,10 @@ class Corners:
         begin, end, program = self._present_program
         if begin <= t < end:
             return program
-        mode = self.mode(t)
+        # a program takes the directions of slip in space from the state
+        mode = tuple(ElementState(s.name) if s.name == SLIPS else s for s in self.mode(t))
+        if any(state.beginning for state in self.mode(t)):
+            return None
         if mode in self._programs:
             program = self._programs[mode]
             k = max(bisect_right(self._times, t) - 1, 0)
@@ -261,13 +295,18 @@ class Corners:
 
     def _agrees(self, program: ModeProgram, t: float, y: Array) -> bool:
         """Return whether a program gives what the engine's quantities do."""
+        y = self.close(t, y)  # off unit quaternions each goes on in a way of its own
+        terms, mode = self.rows.at(y[: self._nq], y[self._nq :], t), self.mode(t)
+        self._slow = max(self._slow, 1e3 * self.still_speed(terms, y[self._nq :]))
         try:
-            rates, (margins, _) = program.rates(t, y), program.margins(t, y)
+            rates = program.rates(t, y, mode, self._slow)
+            left = program.margins(t, y, mode, self._slow)
         except (ArithmeticError, ValueError):
             return False
-        terms = self.rows.at(y[: self._nq], y[self._nq :], t)
-        theirs = self._rates(t, y), self.laws.margins(terms, self.mode(t))
-        return _are_close((rates, margins), theirs)
+        if rates is None or left is None:
+            return False
+        theirs = self._rates(t, y), self.laws.margins(terms, mode)
+        return _are_close((rates, left[0]), theirs)
 
     def _solve(self, terms: Terms, v: Array, t: float) -> ModeSolution:
         mode = self.mode(t)
@@ -346,9 +385,12 @@ class Corners:
     def margins(self, t: float, q: Array, v: Array) -> Array:
         """Return what each element has left, shape (elements, 2), `list_margins`."""
         mode, y = self.mode(t), np.concatenate([q, v])
-        program = self._program(t, y)
+        program, left = self._program(t, y), None
         if program is not None:
-            margins, load = program.margins(t, y)
+            with suppress(ArithmeticError, ValueError):
+                left = program.margins(t, y, mode, self._slow)
+        if left is not None:
+            margins, load = left
         else:
             terms = self.rows.at(q, v, t)
             margins = self.laws.margins(terms, mode)
