@@ -259,6 +259,30 @@ def test_painleves_rod_has_no_solution_or_two_beyond_four_thirds(
     assert {count_modes(friction, rate, slip) for slip in (1.0, -1.0)} == counts
 
 
+@pytest.mark.parametrize("state", ["slips +", "slips -"])
+def test_where_painleves_rod_has_no_solution_or_two_is_said(state: str) -> None:
+    """Least of all angles, 5/2 − 3/2 √(1 + μ²) is zero at μ = 4/3."""
+    mode = mq.derive_modes(mq.textbook.load("painleve_rod"))[state]
+    (paradox,) = (part for part in mode.held if "Painlevé" in part.words)
+    assert paradox.words == "no mode follows, or two with floor open (Painlevé), if"
+    assert (paradox.sign, paradox.right) == ("<", 0)
+    th = np.linspace(-np.pi / 2, np.pi / 2, 100_001)
+    for friction in (0.5, 4 / 3, 2.0):
+        opens = sp.lambdify("th", paradox.left.subs("mu", friction))(th)
+        least = 2.5 - 1.5 * math.sqrt(1 + friction**2)
+        assert opens.min() == pytest.approx(least, abs=1e-8)
+
+
+def test_the_paradox_is_said_of_a_number_and_not_of_what_has_none() -> None:
+    rod = mq.textbook.load("painleve_rod")
+    floor: Any = rod.switching[0]
+    numbered = mq.derive_modes(replace(rod, switching=(replace(floor, mu=2, mu_static=2),)))
+    (said,) = (c for c in numbered["slips +"].conditions if "Painlevé" in c)
+    assert said.endswith("if -6 sin(th) cos(th) - 3 cos(th)^2 + 4 < 0")
+    ball = mq.derive_modes(mq.textbook.load("bouncing_ball"))
+    assert "Painlevé" not in str(ball)
+
+
 def test_what_modes_are_not_written_out_is_said() -> None:
     dome = flat(mq.ball(m, r), mq.Contact("dome", "body", radius=r, bowl=-1.0))
     with pytest.raises(mq.DerivationError, match="'dome' is not with a plane; the equations"):

@@ -369,7 +369,8 @@ def derive_modes(
     symbols = [row.symbol for row in rows]
     accelerations = [Symbol(f"{name}'") for name in mechanism.velocities]
     rest = to_matrix([[h - Q] for h, Q in zip(derivation.h, derivation.Q, strict=True)])
-    balance = to_matrix(derivation.M) * Matrix(accelerations) + rest
+    mass = to_matrix(derivation.M)
+    balance = mass * Matrix(accelerations) + rest
     balance = balance.applyfunc(cosines.write)
     for row in rows:
         balance -= Matrix(row.slopes) * row.symbol
@@ -431,6 +432,8 @@ def derive_modes(
         ]
         for forces, state in chosen_states:
             held += _list_conditions(forces, state, written, place)
+        if len(unknown) == 1 and not unsolved and not cosines.meanings:
+            held += _find_paradox(*chosen_states[0], mass, mechanism)
         if alike := _find_conflict(chosen_states, place):
             held = [ModeCondition(f"never, as {alike} slip alike")]
         held += _explain_letters(letters, [*written.values(), *(part.left for part in held)])
@@ -926,6 +929,40 @@ def _list_conditions(
             yield ModeCondition("sticks always, as", abs(ratio), "≤", limit)
         else:
             yield ModeCondition("never, as", abs(ratio), ">", limit)
+
+
+def _find_paradox(
+    forces: _ElementForces, state: str, mass: Any, mechanism: Mechanism
+) -> Iterator[ModeCondition]:
+    """Yield where a contact that slips in a plane has no mode to follow, or two (Painlevé).
+
+    Pressing with its friction it opens the gap at a rate that may be negative. Then nothing stops a
+    gap that closes, and one that opens may as well stay closed.
+    """
+    from sympy import Dummy, Matrix, Symbol, fraction
+
+    element, normal, tangents = forces
+    if state not in (FORWARD, BACKWARD) or normal is None or not isinstance(element, Contact):
+        return
+    mu, ahead = Dummy(), 1 if state == FORWARD else -1
+    push = Matrix(normal.slopes) - ahead * mu * Matrix(tangents[0].slopes)
+    steps = [Symbol(f"step_{k}") for k in range(mass.rows)]
+    solved = _solve(list(mass * Matrix(steps) - push), steps, {})
+    if not solved:
+        return
+    pairs = zip(normal.slopes, steps, strict=True)
+    opens = _shorten(sum(slope * solved[step] for slope, step in pairs))
+    if not opens.has(mu):
+        return
+    above, below = fraction(opens.xreplace({mu: plain(element.coefficients[0])}))
+    # what is below is a part of the determinant of M, of one sign
+    random = np.random.default_rng(0).uniform(0.5, 1.5, mechanism.nq)
+    values = mechanism.values | dict(zip(mechanism.coordinates.names, random, strict=True))
+    if below.subs(values) < 0:
+        above = (-above).expand()
+    yield ModeCondition(
+        f"no mode follows, or two with {element.name} open (Painlevé), if", above, "<", 0
+    )
 
 
 def _replace_letters(formula: Any, letters: Mapping[Any, Any]) -> Any:
