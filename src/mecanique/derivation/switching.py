@@ -939,19 +939,19 @@ def _find_paradox(
     Pressing with its friction it opens the gap at a rate that may be negative. Then nothing stops a
     gap that closes, and one that opens may as well stay closed.
     """
-    from sympy import Dummy, Matrix, Symbol, fraction
+    from sympy import Dummy, Matrix, fraction
 
     element, normal, tangents = forces
     if state not in (FORWARD, BACKWARD) or normal is None or not isinstance(element, Contact):
         return
-    mu, ahead = Dummy(), 1 if state == FORWARD else -1
-    push = Matrix(normal.slopes) - ahead * mu * Matrix(tangents[0].slopes)
-    steps = [Symbol(f"step_{k}") for k in range(mass.rows)]
-    solved = _solve(list(mass * Matrix(steps) - push), steps, {})
+    mu, opening, ahead = Dummy("mu"), Dummy("opening"), 1 if state == FORWARD else -1
+    steps, across = [Dummy(f"step_{k}") for k in range(mass.rows)], Matrix(normal.slopes)
+    push = across - ahead * mu * Matrix(tangents[0].slopes)
+    laws = [*(mass * Matrix(steps) - push), opening - across.dot(Matrix(steps))]
+    solved = _solve(laws, [*steps, opening], {})
     if not solved:
         return
-    pairs = zip(normal.slopes, steps, strict=True)
-    opens = _shorten(sum(slope * solved[step] for slope, step in pairs))
+    opens = solved[opening]
     if not opens.has(mu):
         return
     above, below = fraction(opens.xreplace({mu: plain(element.coefficients[0])}))

@@ -160,7 +160,7 @@ ANGLES = 72
 """Directions in which a root of the direction of slip in space is looked for."""
 
 SAME_DIRECTION = 1e-13
-"""Angles between directions of slip below this are rounding."""
+"""Parts of directions of slip that differ by less are the same to rounding."""
 
 SWITCHING = {
     "CLOSED_GAP": CLOSED_GAP,

@@ -14,6 +14,10 @@ TINY = 1e-300
 INSTANT = 1e-13
 """Times are solved for to this, 450 ε [s]: what the curve through the steps can tell apart."""
 
+BY_PROGRAM = 1e3
+"""Slip in space this many times faster than rounding has a direction that a program may take from
+the state, to three digits at worst; slower, the engine keeps that of the mode."""
+
 # integration
 
 LEAST_RTOL = 1e-14

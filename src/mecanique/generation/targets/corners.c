@@ -360,12 +360,12 @@ static bool solve_begun(const Terms *k, const Drive *drive, double *mode, Solved
         double turned = 0.0;
         for (int e = 0; e < ELEMENTS; e++) {
             if (mode[e] != BEGINS) continue;
-            const double angle = atan2(heading_of(mode, e)[1], heading_of(mode, e)[0]);
+            const double x = heading_of(mode, e)[0], y = heading_of(mode, e)[1], angle = atan2(y, x);
             const double low = angle - wide, high = angle + wide;
             const double first = find_across(k, drive, mode, e, low, solved);
             const double last = find_across(k, drive, mode, e, high, solved);
             if (!begin_slip(k, drive, mode, e, low, high, first, last, solved)) return false;
-            turned = fmax(turned, fabs(atan2(heading_of(mode, e)[1], heading_of(mode, e)[0]) - angle));
+            turned = fmax(turned, hypot(heading_of(mode, e)[0] - x, heading_of(mode, e)[1] - y));
         }
         if (begun == 1 || turned <= SAME_DIRECTION) return true;
     }

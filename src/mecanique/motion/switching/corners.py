@@ -60,7 +60,7 @@ from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Event, Margin, ModeSpan, Occurrence
 from mecanique.motion.switching.law import Laws, ModeSolution, UndecidedError
 from mecanique.motion.switching.rows import SwitchingRows
-from mecanique.motion.tolerances import TINY
+from mecanique.motion.tolerances import BY_PROGRAM, TINY
 from mecanique.program.traced import values_of
 
 MOST_OPERATIONS = 20_000
@@ -297,7 +297,7 @@ class Corners:
         """Return whether a program gives what the engine's quantities do."""
         y = self.close(t, y)  # off unit quaternions each goes on in a way of its own
         terms, mode = self.rows.at(y[: self._nq], y[self._nq :], t), self.mode(t)
-        self._slow = max(self._slow, 1e3 * self.still_speed(terms, y[self._nq :]))
+        self._slow = max(self._slow, BY_PROGRAM * self.still_speed(terms, y[self._nq :]))
         try:
             rates = program.rates(t, y, mode, self._slow)
             left = program.margins(t, y, mode, self._slow)

@@ -339,18 +339,17 @@ class Laws:
     def _begin_slips(self, terms: Terms, mode: Mode, drive: ModeProblem) -> ModeSolution | None:
         """Return the solution next to the directions of slip that begins, each by the others'."""
         begin = [k for k, state in enumerate(mode) if state.beginning]
-        x, y = np.array([mode[k].direction for k in begin]).T
-        angles, solution = np.arctan2(y, x), None
+        solution = None
         for _ in range(MOST_SWEEPS):
-            before = angles.copy()
-            for i, k in enumerate(begin):
-                near = angles[i] + acos(SAME_WAY) * np.array([-1.0, 1.0])
+            before = [mode[k].direction for k in begin]
+            for k, (x, y) in zip(begin, before, strict=True):
+                near = atan2(y, x) + acos(SAME_WAY) * np.array([-1.0, 1.0])
                 solution = next(self._begin_slip(terms, mode, drive, k, near), None)
                 if solution is None:
                     return None
                 mode = solution.mode
-                angles[i] = atan2(*mode[k].direction[::-1])
-            if len(begin) == 1 or np.abs(angles - before).max() <= SAME_DIRECTION:
+            turned = np.subtract([mode[k].direction for k in begin], before)
+            if len(begin) == 1 or np.abs(turned).max() <= SAME_DIRECTION:
                 return solution
         return None
 

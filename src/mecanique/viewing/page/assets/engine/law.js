@@ -235,19 +235,18 @@ export class Law {
     const begun = [...mode.keys()].filter((k) => mode[k].begins);
     if (!begun.length) return this.solve(terms, mode, drive);
     const wide = Math.acos(this.tolerances.SAME_WAY);
-    const angleOf = ({ heading: [x, y] }) => Math.atan2(y, x);
     let solved = null;
     for (let sweep = 0; sweep < MOST_SWEEPS; sweep++) {
-      const before = begun.map((k) => angleOf(mode[k]));
+      const before = begun.map((k) => mode[k].heading);
       for (const [i, k] of begun.entries()) {
-        const near = [before[i] - wide, before[i] + wide];
+        const angle = Math.atan2(before[i][1], before[i][0]);
+        const near = [angle - wide, angle + wide];
         solved = this.beginSlip(terms, mode, drive, k, near).next().value;
         if (!solved) return null;
         mode = solved.mode;
       }
-      const turned = begun.map((k, i) => Math.abs(angleOf(mode[k]) - before[i]));
-      if (begun.length === 1 || Math.max(...turned) <= this.tolerances.SAME_DIRECTION)
-        return solved;
+      const turned = begun.flatMap((k, i) => mode[k].heading.map((part, j) => part - before[i][j]));
+      if (begun.length === 1 || most(turned) <= this.tolerances.SAME_DIRECTION) return solved;
     }
     return null;
   }
