@@ -59,6 +59,6 @@ SYSTEM = System(
     forms={
         "q'' + 3 g sin(q)/(2 l) = 0": "Fundamentals of Dynamics, eq. 1.19",
         "q'' + 3 g q/(2 l) = 0": "Fundamentals of Dynamics, eq. 1.20",
-        "T = m l^2 q'^2/6": "Fundamentals of Dynamics, eq. 1.33, with I_o = m l^2/3",
+        "T = m l^2 q'^2/6": "Fundamentals of Dynamics, eq. 1.33, with I about the pin",
     },
 )

@@ -63,7 +63,7 @@ SYSTEM = System(
     ),
     forms={
         "T = m (a^2 + b^2) theta'^2/6": (
-            "Fundamentals of Dynamics, eq. 1.33, with I_o = m (a^2 + b^2)/3"
+            "Fundamentals of Dynamics, eq. 1.33, with I about the corner"
         ),
     },
 )
