@@ -162,6 +162,9 @@ ANGLES = 72
 SAME_DIRECTION = 1e-13
 """Parts of directions of slip that differ by less are the same to rounding."""
 
+DIRECTION_SWEEPS = 20
+"""Sweeps over the directions of slip that begins in several contacts, each found by the others'."""
+
 SWITCHING = {
     "CLOSED_GAP": CLOSED_GAP,
     "EVEN": EVEN,
@@ -177,5 +180,6 @@ SWITCHING = {
     "BEGUN": BEGUN,
     "SAME_DIRECTION": SAME_DIRECTION,
     "ANGLES": ANGLES,
+    "DIRECTION_SWEEPS": DIRECTION_SWEEPS,
 }
 """Those that pages and code in C take, too."""

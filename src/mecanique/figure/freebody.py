@@ -135,7 +135,7 @@ def cut_free(
     for component in arrows:
         marks += _draw(component, force, numbers)
     turning = max((float(np.linalg.norm(action.moment)) for action in possible), default=0.0)
-    bent = Counter[tuple[float, ...]]()
+    bent = Counter[tuple[float, ...]]()  # arcs about each point, the next of them wider
     for action, perturbed in zip(actions, possible, strict=True):
         acts = np.linalg.norm(action.moment) > max(NEGLIGIBLE * moment, 1e-9 * force)
         shown = action if acts else perturbed

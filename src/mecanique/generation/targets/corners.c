@@ -23,7 +23,7 @@
 enum Element { OPEN_ELEMENT, HELD, FORWARD, BACKWARD, BEGINS, SLIPS, AHEAD_KEPT, BACK_KEPT, CHOICES };
 enum { MODE_SIZE = 3 * ELEMENTS };
 enum { LONGEST = (int)NV > (int)ROWS ? (int)NV : (int)ROWS };
-enum { MOST_SWEEPS = 20, MOST_AT_ONCE = 50, MOST_IN_TURN = 10000, MOST_FOLLOWING = 16, SENTENCE = 400 };
+enum { MOST_AT_ONCE = 50, MOST_IN_TURN = 10000, MOST_FOLLOWING = 16, SENTENCE = 400 };
 
 typedef struct {
     double first[NQ], mass[NV][NV], load[NV];            /* rates of q, M, forces less bias */
@@ -356,7 +356,7 @@ static bool solve_begun(const Terms *k, const Drive *drive, double *mode, Solved
     int begun = 0;
     for (int e = 0; e < ELEMENTS; e++) begun += mode[e] == BEGINS;
     if (!begun) return solve_mode(k, drive, mode, solved);
-    for (int sweep = 0; sweep < MOST_SWEEPS; sweep++) {
+    for (int sweep = 0; sweep < DIRECTION_SWEEPS; sweep++) {
         double turned = 0.0;
         for (int e = 0; e < ELEMENTS; e++) {
             if (mode[e] != BEGINS) continue;
@@ -445,8 +445,10 @@ static void give_margins(double t, const double *y, const double *p, double *out
         else if (!elastic[e]) out[2 * e] += pull;
         if (tangents[e][0] >= 0 && p[MODE + e] == HELD) out[2 * e + 1] += pull;
         /* slip in space ends, or has begun, or has turned */
-        const double slow = still_speed(&k, y + NQ), speed = out[2 * e + 1];
-        if (p[MODE + e] == BEGINS) out[2 * e + 1] = fmin(slow + speed, BEGUN * slow - speed);
+        if (p[MODE + e] == BEGINS) {
+            const double slow = still_speed(&k, y + NQ), speed = out[2 * e + 1];
+            out[2 * e + 1] = fmin(slow + speed, BEGUN * slow - speed);
+        }
         if (p[MODE + e] == SLIPS) out[2 * e + 1] -= TURNED * size_along(e, k.rate);
     }
 }
@@ -566,22 +568,30 @@ static bool is_kept(const Terms *k, const double *mode, int row)
     return size + along(k->slopes[row], change) <= REDUNDANT * size;
 }
 
+/* What the rate of each row gains by, and below what that is rounding. */
+static void find_gains(const Terms *k, const Drive *drive, const double *a, double still, double *gained,
+                       double *size)
+{
+    double free[NV], moved[NV];
+    memcpy(free, drive->load, sizeof free);
+    by_mass(k, 1, free);
+    for (int i = 0; i < NV; i++) moved[i] = fabs(a[i]) + fabs(free[i]);
+    for (int r = 0; r < ROWS; r++) {
+        gained[r] = along(k->slopes[r], a) - drive->wanted[r];
+        size[r] = SLACK * (within(k->slopes[r], moved) + fabs(drive->wanted[r]) + still);
+    }
+}
+
 /* Return whether what a mode presupposes is so: of elements that are near and open the gap must not
  * shrink, of those whose slip begins it must grow. */
 static bool is_sound(const Terms *k, const Drive *drive, const Solved *solved, const bool *near,
                      const bool *beginning, double still)
 {
-    double free[NV], moved[NV], gained[ROWS], size[ROWS], left[2 * ELEMENTS];
+    double gained[ROWS], size[ROWS], left[2 * ELEMENTS];
     double pull = 0.0, load = 0.0, longest = 0.0;
-    memcpy(free, drive->load, sizeof free);
-    by_mass(k, 1, free);
-    for (int i = 0; i < NV; i++) {
-        moved[i] = fabs(solved->a[i]) + fabs(free[i]);
-        load = fmax(load, fabs(drive->load[i]));
-    }
+    find_gains(k, drive, solved->a, still, gained, size);
+    for (int i = 0; i < NV; i++) load = fmax(load, fabs(drive->load[i]));
     for (int r = 0; r < ROWS; r++) {
-        gained[r] = along(k->slopes[r], solved->a) - drive->wanted[r];
-        size[r] = SLACK * (within(k->slopes[r], moved) + fabs(drive->wanted[r]) + still);
         pull = fmax(pull, fabs(solved->force[r]));
         for (int i = 0; i < NV; i++) longest = fmax(longest, fabs(k->slopes[r][i]));
     }
@@ -876,19 +886,14 @@ static int list_begun(const Terms *k, const double *y, const double *p)
 {
     Solved solved;
     int begun = 0;
+    double growth[ROWS], size[ROWS];
     const double still = still_speed(k, y + NQ);
     const Drive drive = accelerate(k);
     if (!solve_present(k, &drive, y, p, &solved)) return 0;
+    find_gains(k, &drive, solved.a, 0.0, growth, size);
     for (int e = 0; e < ELEMENTS; e++) {
-        double growth[ROWS], size = 0.0;
         if (!(solved.mode[e] >= FORWARD && solved.mode[e] <= SLIPS)) continue;
-        for (int i = 0; i < 2; i++) {
-            const int row = tangents[e][i];
-            if (row < 0) continue;
-            growth[row] = along(k->slopes[row], solved.a) + k->gamma[row];
-            size = fmax(size, within(k->slopes[row], solved.a) + fabs(k->gamma[row]));
-        }
-        const bool grows = part_along(e, growth, heading_of(solved.mode, e)) >= -SLACK * size;
+        const bool grows = part_along(e, growth, heading_of(solved.mode, e)) >= -size_along(e, size);
         if (grows && size_along(e, k->rate) <= still) begun |= 1 << e;
     }
     return begun;

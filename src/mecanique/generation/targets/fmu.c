@@ -460,7 +460,7 @@ EXPORT Status fmi3UpdateDiscreteStates(void *model, bool *again, bool *terminate
     bool switched = false;
     for (int j = 0; j < 2 * ELEMENTS; j++) {
         if (!passed[j]) continue;
-        /* of what passes at once, what the first switch leaves as it was */
+        /* of margins that pass zero at once, those that no switch before has lifted */
         if (switched) give_margins(now->t, now->y, now->p, left);
         if (switched && left[j] >= 0.0) continue;
         if (!switch_at(now->t, now->y, now->p, j, early(m), words)) return say(m, fmi3Error, words);

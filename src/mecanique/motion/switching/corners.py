@@ -42,7 +42,6 @@ from mecanique.derivation.tolerances import (
     REDUNDANT,
     SAME_PROGRAM,
     SAME_WAY,
-    SLACK,
     STILL,
     TAIL,
     TURNED,
@@ -58,7 +57,7 @@ from mecanique.model.parameters import Input
 from mecanique.motion.compile.python import list_values, scalar
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Event, Margin, ModeSpan, Occurrence
-from mecanique.motion.switching.law import Laws, ModeSolution, UndecidedError
+from mecanique.motion.switching.law import Laws, ModeSolution, UndecidedError, find_gains
 from mecanique.motion.switching.rows import SwitchingRows
 from mecanique.motion.tolerances import BY_PROGRAM, TINY
 from mecanique.program.traced import values_of
@@ -558,14 +557,14 @@ class Corners:
         """
         if solution is None:
             return frozenset()
-        J, a, still = terms.jacobian, solution.a, self.still_speed(terms, v)
-        growth, size = J @ a + terms.gamma, np.abs(J) @ np.abs(a) + np.abs(terms.gamma)
+        growth, rounding = find_gains(terms, solution.a, accelerate(terms, self.elements))
+        still = self.still_speed(terms, v)
         begun = set[tuple[int, str]]()
         for k, (element, state) in enumerate(zip(self.elements, solution.mode, strict=True)):
             rows = list(element.tangents)
             if not state.direction or state.name == STICKS:
                 continue
-            grows = growth[rows] @ np.array(state.direction) >= -SLACK * size[rows].max()
+            grows = growth[rows] @ np.array(state.direction) >= -rounding[rows].max()
             if grows and np.linalg.norm(terms.rates[rows]) <= still:
                 begun.add((k, STICKS))
         return frozenset(begun)

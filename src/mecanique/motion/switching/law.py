@@ -42,6 +42,7 @@ from mecanique.derivation.mechanics.switching import (
 )
 from mecanique.derivation.tolerances import (
     ANGLES,
+    DIRECTION_SWEEPS,
     REDUNDANT,
     SAME_ANSWER,
     SAME_DIRECTION,
@@ -65,9 +66,6 @@ _DIRECTIONS = {
 
 _UNDIRECTED = (CLOSED, STICKS, SLIPS)
 """States without a direction of slip, or one that is sought."""
-
-MOST_SWEEPS = 20
-"""Sweeps over the directions of slip that begins in several contacts at once."""
 
 MOST_IMPACTS = 10_000
 """Impacts that may follow each other in turn at one instant."""
@@ -140,6 +138,16 @@ def solve(
     if solved is None:
         return None
     return ModeSolution(mode, *solved, held.friction.T @ null)
+
+
+def find_gains(
+    terms: Terms, a: Array, drive: ModeProblem, still: float = 0.0
+) -> tuple[Array, Array]:
+    """Return what the rate of each row gains by, and below what that is rounding, shape (m,)."""
+    J, free = terms.jacobian, np.linalg.solve(terms.mass, drive.load)
+    # sizes of what is added up in each row: differences below a part of them are rounding
+    size = np.abs(J) @ (np.abs(a) + np.abs(free)) + np.abs(drive.wanted) + still
+    return J @ a - drive.wanted, SLACK * size
 
 
 @final
@@ -340,7 +348,7 @@ class Laws:
         """Return the solution next to the directions of slip that begins, each by the others'."""
         begin = [k for k, state in enumerate(mode) if state.beginning]
         solution = None
-        for _ in range(MOST_SWEEPS):
+        for _ in range(DIRECTION_SWEEPS):
             before = [mode[k].direction for k in begin]
             for k, (x, y) in zip(begin, before, strict=True):
                 near = atan2(y, x) + acos(SAME_WAY) * np.array([-1.0, 1.0])
@@ -390,11 +398,8 @@ class Laws:
         still: float,
     ) -> bool:
         """Return whether what a mode presupposes is so."""
-        J, a, forces = terms.jacobian, solution.a, solution.forces
-        gained = J @ a - drive.wanted
-        # sizes of what is added up in each row: differences below a part of them are rounding
-        free = np.linalg.solve(terms.mass, drive.load)
-        size = np.abs(J) @ (np.abs(a) + np.abs(free)) + np.abs(drive.wanted) + still
+        forces = solution.forces
+        gained, rounding = find_gains(terms, solution.a, drive, still)
         pull = float(np.abs(forces).max(initial=0.0)) + _typical_force(terms, drive)
         if solution.redundant and (
             self.find_moved(terms, solution) > SLACK
@@ -408,11 +413,11 @@ class Laws:
             if element.stiffness is not None:
                 continue
             if normal is not None and state.name == OPEN:
-                if k in near and apart < -SLACK * size[normal]:
+                if k in near and apart < -rounding[normal]:
                     return False
                 continue
-            slip = SLACK * float(size[list(element.tangents)].max(initial=0.0))
-            if state.direction and k in beginning and rubs < -slip:
+            least = -float(rounding[list(element.tangents)].max(initial=0.0))
+            if state.direction and k in beginning and rubs < least:
                 return False
             if solution.redundant:
                 continue  # its forces are among those that are shared

@@ -203,17 +203,15 @@ export class Corners {
   listBegun(t, y) {
     const { law, present } = this;
     const { a, mode, terms } = this.solve(present, t, y);
+    const [gained, sizes] = law.findGains(terms, law.accelerate(terms), a);
     const [still, { SLACK }] = [law.stillSpeed(terms, this.speeds(y)), this.tolerances];
     return [...mode.keys()].filter((k) => {
       const { tangents } = this.elements[k];
       const { heading, name } = mode[k];
       if (!heading || name === STICKS) return false;
-      const growth = tangents.map((row) => dot(terms.slopes[row], a) + terms.gamma[row]);
-      const sizes = tangents.map(
-        (row) => within(terms.slopes[row], a) + Math.abs(terms.gamma[row]),
-      );
+      const [growth, size] = [gained, sizes].map((all) => tangents.map((row) => all[row]));
       const slip = tangents.map((row) => terms.rates[row]);
-      return dot(heading, growth) >= -SLACK * Math.max(...sizes) && Math.hypot(...slip) <= still;
+      return dot(heading, growth) >= -SLACK * Math.max(...size) && Math.hypot(...slip) <= still;
     });
   }
 

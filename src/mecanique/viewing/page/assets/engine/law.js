@@ -13,7 +13,6 @@ import { dot } from "../data/vectors.js";
 export const OPEN = "open";
 export const STICKS = "sticks";
 const [CLOSES, FORWARD, BACKWARD, SLIPS] = ["closed", "slips +", "slips -", "slips"];
-const MOST_SWEEPS = 20; // over the directions of slip that begins in several contacts
 const NO_SPEED = 1e-300; // so that a bound on what is at rest is not zero, and may divide
 
 // Why no motion goes on from a state.
@@ -236,7 +235,7 @@ export class Law {
     if (!begun.length) return this.solve(terms, mode, drive);
     const wide = Math.acos(this.tolerances.SAME_WAY);
     let solved = null;
-    for (let sweep = 0; sweep < MOST_SWEEPS; sweep++) {
+    for (let sweep = 0; sweep < this.tolerances.DIRECTION_SWEEPS; sweep++) {
       const before = begun.map((k) => mode[k].heading);
       for (const [i, k] of begun.entries()) {
         const angle = Math.atan2(before[i][1], before[i][0]);
@@ -292,9 +291,10 @@ export class Law {
       if (ends && name === OPEN) first = Math.max(first, -terms.inside[k]);
       else if (ends) first = Math.min(first, (terms.inside[k] * load) / length);
       // slip in space ends, or has begun, or has turned
-      const slow = this.stillSpeed(terms, v);
-      if (begins) second = Math.min(slow + second, tolerances.BEGUN * slow - second);
-      else if (name === SLIPS)
+      if (begins) {
+        const slow = this.stillSpeed(terms, v);
+        second = Math.min(slow + second, tolerances.BEGUN * slow - second);
+      } else if (name === SLIPS)
         second -= tolerances.TURNED * Math.hypot(...tangents.map((row) => terms.rates[row]));
       if (normal !== null && name === OPEN) first += tolerances.EVEN * length;
       else if (!this.isElastic(k)) first += pull;
@@ -352,28 +352,35 @@ export class Law {
     });
   }
 
+  // What the rate of each row gains by, and of what size the terms of that are.
+  findGains({ slopes }, drive, a, still = 0) {
+    const moved = a.map((x, i) => Math.abs(x) + Math.abs(drive.free[i]));
+    return [
+      slopes.map((row, r) => dot(row, a) - drive.wanted[r]),
+      slopes.map((row, r) => within(row, moved) + Math.abs(drive.wanted[r]) + still),
+    ];
+  }
+
   // Whether what a mode or an impact presupposes is so: of elements that are near and open the gap
   // must not shrink, of those whose slip begins it must grow.
   isSound(terms, drive, solved, { near, beginning, still }, slack = this.tolerances.SLACK) {
     const { slopes } = terms;
     const { mode, a, forces } = solved;
-    const moved = a.map((x, i) => Math.abs(x) + Math.abs(drive.free[i]));
-    const gained = slopes.map((row, r) => dot(row, a) - drive.wanted[r]);
-    const sizeOf = (row) => within(slopes[row], moved) + Math.abs(drive.wanted[row]) + still;
+    const [gained, sizes] = this.findGains(terms, drive, a, still);
     const longest = Math.max(0, ...slopes.map(most));
     const pull = slack * (most(forces) + (longest && most(drive.load) / longest));
     const left = this.findLeft(drive, solved, gained, gained);
     const isAtRest = (row, k) =>
-      beginning.has(k) && Math.abs(gained[row]) <= Math.abs(slack) * sizeOf(row);
+      beginning.has(k) && Math.abs(gained[row]) <= Math.abs(slack) * sizes[row];
     if (!drive.impact && !this.leavesSlip(terms, mode, isAtRest)) return false;
     return mode.every((state, k) => {
       const [apart, rubs] = left[k];
       const { normal, tangents } = this.elements[k];
       if (this.isElastic(k)) return true;
       if (normal !== null && state.name === OPEN)
-        return !near.has(k) || apart >= -slack * sizeOf(normal);
-      if (slips(state) && beginning.has(k) && rubs < -slack * Math.max(...tangents.map(sizeOf)))
-        return false;
+        return !near.has(k) || apart >= -slack * sizes[normal];
+      const size = Math.max(...tangents.map((row) => sizes[row]));
+      if (slips(state) && beginning.has(k) && rubs < -slack * size) return false;
       return (normal === null || apart >= -pull) && (state.name !== STICKS || rubs >= -pull);
     });
   }
