@@ -1040,6 +1040,7 @@ def test_a_coin_begins_to_slip_in_space_without_end_of_steps() -> None:
 def test_alike_blocks_begin_to_slip_and_stop_at_once() -> None:
     """One and the other stuck in turn, with no headway; both springs hold the ball: it swings."""
     motion = mq.simulate(make_pair(), v={"x": 1.0}, duration=0.5, rtol=1e-11)
+    assert "x1' = 0, x2' = 0 were not given" in motion.summary()
     np.testing.assert_allclose(motion.q[:, 1], motion.q[:, 2], rtol=0, atol=1e-13)
     begun = next(span.begin for span in motion.modes if set(span.states.values()) == {"slips +"})
     assert begun == pytest.approx(math.asin(10 * 3 / 50) / 10, rel=1e-11)

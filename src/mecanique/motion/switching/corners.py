@@ -437,7 +437,8 @@ class Corners:
             entries = np.flatnonzero(terms.jacobian[row])
             if len(entries) == 1:
                 column = entries[0]
-                v[column] = -terms.drift[row] / terms.jacobian[row, column]
+                # from zero, as minus a rate of zero would be told as -0
+                v[column] = 0.0 - terms.drift[row] / terms.jacobian[row, column]
         return np.concatenate([q, v])
 
     def _close_gaps(self, t: float, q: Array, v: Array, rows: list[int]) -> Array:
