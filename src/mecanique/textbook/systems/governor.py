@@ -22,12 +22,13 @@ k = mq.Parameter("k", 60.0, "N/m", "stiffness of the spring")
 a = mq.Parameter("a", 0.4, "m", "free length of the spring")
 g = mq.Parameter("g", 9.81, "m/s²", "acceleration of free fall")
 
+# it ends below the lowest place of the sleeve in the motion shown
+shaft = mq.Visual(mq.Cylinder(0.006, 1.8 * l), mq.Placement((0, 0, -0.85 * l)))
 mechanism = mq.Mechanism(
     name="governor",
     bodies=(
         mq.Body("ground"),
-        # a disk of radius 0.2 m that has the moment of inertia J
-        mq.Body("spindle", mq.disk(50.0 * J, 0.2)),
+        mq.Body("spindle", mq.Shape(0, inertia=(J, J, J, 0, 0, 0), visuals=(shaft,))),
         mq.Body("arm1", mq.bar(l), mq.particle(m, (0, 0, -l))),
         mq.Body("arm2", mq.bar(l), mq.particle(m, (0, 0, -l))),
         mq.Body("sleeve", mq.particle(M)),
