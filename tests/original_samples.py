@@ -40,6 +40,18 @@ JOINTED = """<sdf version="1.9"><model name="m"><link name="a">MASS</link>
 </model></sdf>""".replace("MASS", "<inertial><pose>0.1 0 0.2 0 0 0</pose><mass>2</mass></inertial>")
 
 
+CARRIED = """<robot name="r"><link name="base"/>{}{}
+<joint name="i" type="continuous"><parent link="base"/><child link="a"/>
+<origin xyz="0.2 0 0.3" rpy="0.4 0 0.1"/><axis xyz="0.8 0 0.6"/></joint>{}</robot>""".format(
+    *map(LINK.format, "ab"), PAIR[PAIR.index("<joint") : PAIR.index("</robot>")]
+)
+
+
+def carried(kind: str, axis: str) -> mq.Mechanism:
+    """A pair on a hinge, so that what the second joint shifts counts."""
+    return read_urdf(CARRIED.replace("TYPE", kind).replace("AXIS", axis))
+
+
 def pair(
     kind: str, axis: str = "0 0.6 0.8", root: Literal["fixed", "floating"] = "fixed"
 ) -> mq.Mechanism:

@@ -56,6 +56,23 @@ def test_a_chart_guides_nothing() -> None:
     assert guides_of(mq.textbook.load("particle_on_circle_x")) == ()
 
 
+def test_a_guide_ties_what_the_slopes_of_the_map_tie() -> None:
+    """sin² u and 3 sin² u of one u = a − 2 b hold each other, whatever b − a does."""
+    a, b = mq.coordinate("a"), mq.coordinate("b")
+    square = mq.sin(a - 2 * b) ** 2
+    laws = {"x": square, "y": b - a, "z": 3 * square}
+    sleds = mq.Mechanism(
+        "sleds",
+        (mq.Body("ground"), *(mq.Body(f"sled {name}", mq.ball(1.0, 0.1)) for name in laws)),
+        tuple(
+            mq.Prismatic(name, "ground", f"sled {name}", axis=(1, 0, 0), coordinate=name)
+            for name in laws
+        ),
+        coordinates=mq.Coordinates(("a", "b"), laws),
+    )
+    assert [guide.joints for guide in guides_of(sleds)] == [("x", "z")]
+
+
 def test_where_a_map_has_no_slope_near_the_neutral_position_its_letters_tie() -> None:
     """x = √(q - 5) begins at q = 5; y follows nothing."""
     names = ("q", "x", "y")

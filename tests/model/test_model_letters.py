@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import mecanique as mq
+from mecanique.model.mechanism.letters import is_varied
 
 COIN = mq.textbook.load("rolling_coin")
 
@@ -47,3 +48,8 @@ def test_a_ride_is_expanded_by_printed_letters() -> None:
     by_letter = mq.expand_in_speed(bicycle, at, v, ("φ", "δ"))
     by_name = mq.expand_in_speed(bicycle, at, v, ("roll", "steer"))
     np.testing.assert_array_equal(by_letter.K, by_name.K)
+
+
+def test_a_variation_is_that_of_a_name() -> None:
+    assert all(map(is_varied, ("δq", "δW", "δθ_2")))
+    assert not any(map(is_varied, ("δ", "δ1", "δ'", "q", "qδ")))

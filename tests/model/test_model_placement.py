@@ -15,6 +15,7 @@ from mecanique.model import Placement, Sphere, Visual, coordinate
 from mecanique.model.bodies.tensor import entries_of, tensor_of
 from mecanique.model.expression import evaluate
 from mecanique.model.placement import (
+    pose_along,
     pose_of,
     rpy_along,
     rpy_of,
@@ -98,5 +99,10 @@ def test_an_inertia_tensor_has_its_entries_in_the_order_of_urdf() -> None:
 @pytest.mark.parametrize("angle", [-2.3, 0.4, 3.0])
 def test_a_turn_about_an_axis_of_any_length_is_that_of_rodrigues(angle: float) -> None:
     axis = np.array([0.3, -1.2, 0.7])
-    expected = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)).as_matrix()
+    unit = axis / np.linalg.norm(axis)
+    expected = Rotation.from_rotvec(angle * unit).as_matrix()
     np.testing.assert_allclose(turn_about(axis, angle), expected, rtol=0, atol=1e-15)
+    turned, shifted = (pose_along(unit, angle, turns) for turns in (True, False))
+    np.testing.assert_allclose(turned[:3, :3], expected, rtol=0, atol=1e-15)
+    np.testing.assert_array_equal(turned[:, 3], [0, 0, 0, 1])
+    np.testing.assert_array_equal(shifted[:3], np.column_stack([np.eye(3), angle * unit]))

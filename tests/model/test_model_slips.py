@@ -11,6 +11,12 @@ from scipy.spatial.transform import Rotation
 from mecanique.model.slips import (
     ABOUT_CENTER,
     ABOUT_ORIGIN,
+    ANGLE,
+    DIGITS,
+    INERTIA,
+    LENGTH,
+    MASS,
+    Factor,
     Slip,
     lever_of,
     list_once,
@@ -165,3 +171,33 @@ def test_values_that_differ_by_less_than_the_tolerance_are_listed_once() -> None
 )
 def test_factors_are_said_by_what_they_do(factor: float, said: str) -> None:
     assert say_factor(factor) == said
+
+
+SIZES = {
+    "kilograms": 1.0,
+    "grams": 1e-3,
+    "pounds": 0.45359237,
+    "meters": 1.0,
+    "centimeters": 1e-2,
+    "millimeters": 1e-3,
+    "inches": 0.0254,
+    "kg·m²": 1.0,
+    "kg·mm²": 1e-6,
+    "g·mm²": 1e-9,
+    "radians": 1.0,
+    "degrees": np.pi / 180,
+}
+"""SI units in a unit."""
+
+
+@pytest.mark.parametrize("factor", [*MASS, *LENGTH, *INERTIA, *ANGLE], ids=lambda each: each.text)
+def test_a_number_in_another_unit_is_as_many_times_larger_as_the_unit_is_smaller(
+    factor: Factor,
+) -> None:
+    given, wanted = factor.text.split(" for ")
+    assert factor.factor == pytest.approx(SIZES[wanted] / SIZES[given], rel=1e-15)
+
+
+def test_a_decimal_point_is_moved_by_one_or_two_digits() -> None:
+    said = {f"a decimal point ({say_factor(each)})": each for each in (10, 0.1, 100, 0.01)}
+    assert {each.text: each.factor for each in DIGITS} == said

@@ -164,9 +164,12 @@ def test_bevel_teeth_point_the_same_way_at_any_size(slant: float, scale: float) 
     ("slant", "place"), [(90, 0.0), (90, 0.7), (60, -1.9), (120, 0.4), (140, 1.3)]
 )
 @pytest.mark.parametrize("sign", [1, -1])
-def test_bevel_wheels_mesh_on_their_pitch_cones(slant: float, place: float, sign: int) -> None:
+@pytest.mark.parametrize(("big", "small"), [(0.2, 0.1), (0.1, 0.2)])
+def test_bevel_wheels_mesh_on_their_pitch_cones(
+    slant: float, place: float, sign: int, big: float, small: float
+) -> None:
     """Their teeth point at each other across the ray from the apex, one between two."""
-    big, small, machine = 0.2, 0.1, bevel_wheels(slant, sign=sign)
+    machine = bevel_wheels(slant, big, small, sign)
     wheels = {each.body: each for each in teeth_of(machine) if isinstance(each, WheelTeeth)}
     poses = dict(zip(("ground", "a", "b"), Reference(machine).poses([place]), strict=True))
     touch = np.array([big, 0, machine.home_poses["a"][2, 3]])
@@ -245,8 +248,8 @@ def test_a_rack_has_the_teeth_that_fit_on_its_longest_box() -> None:
     stand = replace(shown, geometry=Box((0.05, 0.9, 0.7)), placement=Placement((0.1, 0, -0.3)))
     turned = replace(
         shown,
-        geometry=Box((0.04, 0.05, 0.9)),
-        placement=Placement((0.13, 0, -0.037), (0, np.pi / 2, 0)),
+        geometry=Box((0.04, 0.9, 0.05)),
+        placement=Placement((0.13, 0, -0.037), (np.pi / 2, np.pi / 2, 0)),
     )
     for drawn, ends in (((shown, stand), (-0.4, 0.4)), ((shown, turned, stand), (-0.32, 0.58))):
         body = replace(plain.shapes[0], visuals=drawn)
@@ -326,15 +329,16 @@ def test_a_bent_train_and_its_rack_mesh_at_every_pitch_point() -> None:
     b = a + 0.25 * np.array([np.cos(0.4), np.sin(0.4), 0])
     c = b + 0.2 * np.array([np.cos(2.0), np.sin(2.0), 0])
     along, down = np.array([np.cos(1.2), np.sin(1.2), 0]), np.array([np.sin(1.2), -np.cos(1.2), 0])
-    start = c + 0.05 * down + 0.1 * along
+    start, point = c + 0.05 * down + 0.1 * along, (0.03, -0.02, 0.04)
     frames = [
         Placement(tuple(place), turned)
         for place, turned in zip(
             (a, b, c), ((0.7, 0.2, 0.3), (-0.4, 0, -1.1), (0, -0.6, 2.5)), strict=True
         )
     ]
-    bed = Placement(tuple(start), (0.5, -0.3, 1.2))
-    x, y, z = (along @ np.array(bed.rotation, dtype=float)).tolist()
+    turn = np.array(Placement(rpy=(0.5, -0.3, 1.2)).rotation, dtype=float)
+    bed = Placement(tuple(start - turn @ point), (0.5, -0.3, 1.2))
+    x, y, z = (along @ turn).tolist()
     machine = Mechanism(
         "train",
         (
@@ -358,7 +362,7 @@ def test_a_bent_train_and_its_rack_mesh_at_every_pitch_point() -> None:
         elements=(
             Gear("ab", "A", "B", 0.1, other_radius=0.15),
             Gear("cb", "C", "B", 0.05, other_radius=0.15),
-            Rack("cs", "C", "S", 0.05),
+            Rack("cs", "C", "S", 0.05, point=point),
         ),
     )
     parts = {each.body: each for each in teeth_of(machine)}

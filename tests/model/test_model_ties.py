@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import permutations, product
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import mecanique as mq
 from mecanique import textbook
@@ -262,30 +264,63 @@ def test_a_stretch_that_leaves_its_plane_by_a_billionth_ties_nothing(
     assert (len(leaning.coordinates) == 1) == counts
 
 
-def turned(mechanism: mq.Mechanism, place: mq.Placement) -> mq.Mechanism:
-    """The whole of it elsewhere in the world: what stands on the ground, and normals of cords."""
-    pose = pose_of(place)
+def hoist() -> mq.Mechanism:
+    """A load on a loose pulley, beside its frame, that a weight lifts by twice its way."""
+    shape = mq.particle(1.0)
+    return mq.Mechanism(
+        "hoist",
+        (mq.Body("ground"), mq.Body("load", shape), mq.Body("weight", shape)),
+        (
+            mq.Prismatic("l", "ground", "load", axis=UP, origin=mq.Placement((0.3, 0.1, -1.0))),
+            mq.Prismatic("w", "ground", "weight", axis=UP, origin=mq.Placement((1.3, -0.2, -1.7))),
+        ),
+        elements=(
+            mq.Cord(
+                "rope",
+                ("ground", (0.2, 0.6, 0.0)),
+                (
+                    mq.Pulley("load", 0.2, center=(0.1, 0.5, 0.4), grips=False),
+                    mq.Pulley("ground", 0.1, -1, (0.7, 0.6, 0.1), grips=False),
+                ),
+                ("weight", (-0.5, 0.8, 0.3)),
+            ),
+        ),
+    )
+
+
+def turned(
+    mechanism: mq.Mechanism, place: mq.Placement, turns: Mapping[str, np.ndarray]
+) -> mq.Mechanism:
+    """The whole of it elsewhere in the world, and its bodies in turned frames."""
+    back = {body: np.eye(4) for body in turns}
+    for body, turn in turns.items():
+        back[body][:3, :3] = turn
+    back[mechanism.ground] = pose_of(place)
 
     def carried(body: str, point: Any) -> Any:
-        there = pose[:3, :3] @ mechanism.evaluate_all(point) + pose[:3, 3]
-        return tuple(there.tolist()) if body == mechanism.ground else point
+        there = back[body][:3, :3] @ mechanism.evaluate_all(point) + back[body][:3, 3]
+        return tuple(there.tolist())
 
-    joints = []
-    for joint in mechanism.joints:
-        stands = pose @ mechanism.matrix(joint.origin)
+    joints: list[Any] = []
+    for joint in list[Any](mechanism.joints):
+        own = back[joint.child]
+        stands = back[joint.parent] @ mechanism.matrix(joint.origin) @ own.T
         x, y, z = stands[:3, 3].tolist()
-        origin = mq.Placement((x, y, z), rpy_of(stands[:3, :3]))
-        joints.append(replace(joint, origin=origin) if joint.parent == mechanism.ground else joint)
+        joint = replace(joint, origin=mq.Placement((x, y, z), rpy_of(stands[:3, :3])))
+        joints.append(replace(joint, axis=carried(joint.child, joint.axis)))
     elements: list[Any] = []
     for element in mechanism.elements:
         if isinstance(element, mq.Cord | mq.Belt):
-            x, y, z = (pose[:3, :3] @ element.normal).tolist()
+            x, y, z = (back[mechanism.ground][:3, :3] @ element.normal).tolist()
             over = tuple(replace(w, center=carried(w.body, w.center)) for w in element.over)
             element = replace(element, normal=(x, y, z), over=over)
         if isinstance(element, mq.Cord):
             start, end = element.start, element.end
             start = start[0], carried(*start)
             element = replace(element, start=start, end=end and (end[0], carried(*end)))
+        if isinstance(element, mq.Rack):
+            slide = mechanism.joint(element.other)
+            element = replace(element, point=carried(slide.child, element.point))
         elements.append(element)
     return replace(mechanism, joints=tuple(joints), elements=tuple(elements))
 
@@ -294,7 +329,7 @@ def turned(mechanism: mq.Mechanism, place: mq.Placement) -> mq.Mechanism:
     "mechanism",
     [
         *map(textbook.load, ("planetary_gear", "rack_and_pinion", "atwood_machine")),
-        *(textbook.load("double_atwood_machine"), train(), bevel_drive(), belt_drive()),
+        *(textbook.load("double_atwood_machine"), train(), bevel_drive(), belt_drive(), hoist()),
     ],
     ids=lambda mechanism: mechanism.name,
 )
@@ -306,12 +341,14 @@ def turned(mechanism: mq.Mechanism, place: mq.Placement) -> mq.Mechanism:
         mq.Placement((50.0, -40.0, 30.0), (-2.9, 1.1, 0.4)),
     ],
 )
-def test_maps_do_not_depend_on_where_a_mechanism_stands(
+def test_maps_do_not_depend_on_where_a_mechanism_stands_and_on_the_frames_of_its_bodies(
     mechanism: mq.Mechanism, place: mq.Placement
 ) -> None:
     names = Coordinates(mechanism.coordinates.names)
     here = replace(mechanism, coordinates=names)
-    there = turned(here, place)
+    bodies = [body.name for body in mechanism.bodies[1:]]
+    turns = dict(zip(bodies, Rotation.random(len(bodies), rng=3).as_matrix(), strict=True))
+    there = turned(here, place, turns)
     laws = here.coordinates.driven
     assert laws
     assert there.coordinates.driven.keys() == laws.keys()

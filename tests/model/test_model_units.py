@@ -162,6 +162,8 @@ def test_what_is_in_its_unit_passes() -> None:
             mq.JointForce("brake", "hinge", -2 * mq.velocity("q")),
         ],
     )
+    row = mq.VelocityConstraint("drive", {"x": L * mq.sin(Q), "q": L**2}, L**2 * W)
+    _pendulum(velocity_constraints=[row])
 
 
 def test_a_letter_without_a_unit_is_in_that_of_its_place() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import sympy
 from rolling_samples import ALL, coin
+from scipy.spatial.transform import Rotation
 
 import mecanique as mq
 from mecanique.errors import EngineError
@@ -16,6 +17,7 @@ from mecanique.model import (
     Body,
     Floating,
     Mechanism,
+    Placement,
     Planar,
     Prismatic,
     Revolute,
@@ -105,6 +107,67 @@ def margin(contact: Rolling, q: list[float]) -> float:
     closed.closures.at(np.array(q), np.zeros(6), 0.0)
     (found,) = closed.closures.contacts.margins
     return float(found)
+
+
+PLANE = Placement((0.3, -0.2, 0.5), (0.4, -0.3, 1.1))
+HUB, AXIS = (0.2, 0.3, -0.1), (0.48, -0.6, 0.64)
+
+
+@pytest.mark.parametrize(
+    "rolling",
+    [
+        Rolling("sharp", "body", 0.5, HUB, AXIS, on="base", plane=PLANE),
+        Rolling("crowned", "body", 0.5, HUB, AXIS, 0.2, on="base", plane=PLANE),
+        Rolling("ball", "body", 0.5, HUB, None, on="base", plane=PLANE),
+        Rolling("point", "body", 0.0, HUB, None, on="base", plane=PLANE),
+        Rolling("egg", "body", 0.5, HUB, None, on="base", plane=PLANE, stretch=(0.7, 1.2, 0.9)),
+        Rolling("in a bowl", "body", 0.5, HUB, None, on="base", plane=PLANE, bowl=2.5),
+        Rolling("on a dome", "body", 0.5, HUB, None, on="base", plane=PLANE, bowl=-1.5),
+    ],
+    ids=lambda rolling: rolling.name,
+)
+def test_gaps_and_slips_are_those_of_geometry(rolling: Rolling) -> None:
+    """Φ is the height of the lowest point over the plane, J v its velocity against the plane's."""
+    parts = Body("base", box(3.0, (1, 2, 0.1))), Body("body", ball(1.0, 0.5))
+    joints = Floating("f", "ground", "base"), Floating("g", "ground", "body")
+    closed = Reference(
+        Mechanism("two", (Body("ground"), *parts), joints, contacts=(rolling,))
+    ).closed
+    assert closed is not None
+    random = np.random.default_rng(5)
+    (o, A), (p, B) = (
+        (random.normal(size=3), Rotation.random(rng=random)) for _ in ("base", "body")
+    )
+    q, v = np.concatenate([o, A.as_quat(), p, B.as_quat()]), random.normal(size=12)
+    here = closed.closures.at(q, v, 0.0)
+    frame = A.as_matrix() @ np.array(rolling.plane.rotation, dtype=float)
+    n, foot, hub = frame[:, 2], o + A.apply(rolling.plane.xyz), p + B.apply(rolling.center)
+    radius, crown = float(rolling.radius), float(rolling.crown)
+    if rolling.bowl:
+        middle, side = foot + float(rolling.bowl) * n, np.sign(float(rolling.bowl))
+        length = np.linalg.norm(middle - hub)
+        up = side * (middle - hub) / length
+        lowest, gap = hub - radius * up, float(rolling.bowl) - side * length - radius
+        lean = np.cross(n, up)
+        lean *= np.arccos(n @ up) / np.linalg.norm(lean)
+        frame = Rotation.from_rotvec(lean).as_matrix() @ frame
+    elif rolling.axis is None:
+        # the support of an ellipsoid
+        D = B.as_matrix() @ np.diag(radius * np.array(rolling.stretch, dtype=float))
+        lowest = hub - D @ (D.T @ n) / (np.linalg.norm(D.T @ n) or 1.0)
+        gap = n @ (hub - foot) - np.linalg.norm(D.T @ n)
+    else:
+        axis = B.apply(rolling.axis)
+        across = n - (n @ axis) * axis
+        sine = np.linalg.norm(across)
+        lowest = hub - crown * n - (radius - crown) * across / sine
+        gap = n @ (hub - foot) - crown - (radius - crown) * sine
+    slip = B.apply(v[6:9] + np.cross(v[9:], B.inv().apply(lowest - p)))
+    slip -= A.apply(v[:3] + np.cross(v[3:6], A.inv().apply(lowest - o)))
+    np.testing.assert_allclose(here.residual, [gap, 0, 0], rtol=1e-13, atol=1e-15)
+    np.testing.assert_allclose(
+        here.jacobian @ v, slip @ frame[:, [2, 0, 1]], rtol=1e-13, atol=1e-14
+    )
 
 
 @pytest.mark.parametrize("lying", [1e-6, 0.01, 0.4, 1.5])
@@ -222,3 +285,9 @@ def test_each_of_several_contacts_has_a_gap_of_its_own() -> None:
     expected = {"first: normal": 0.1, "second: normal": 0.3}
     for name, gap in gaps.items():
         assert gap == pytest.approx(expected.get(name, 0.0), abs=1e-15)
+
+
+def test_a_coin_reaches_more_positions_than_its_velocities_can_choose() -> None:
+    """Six coordinates less the height it has on the plane; rolling takes two velocities more."""
+    freedom = mq.degrees_of_freedom(coin(), {"lean": 0.3})
+    assert (freedom.coordinates, freedom.positions, freedom.N) == (6, 5, 3)

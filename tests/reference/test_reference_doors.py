@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Callable
+from importlib.machinery import ModuleSpec
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.errors import DerivationError, EngineError, InputError, UnknownNameError
+from mecanique.reference.engine import package
 
 HUGE = 10**400
 LINKAGE = mq.textbook.load("four_bar_linkage")
@@ -118,3 +120,9 @@ def test_both_sides_can_be_sent_to_another_process(name: str) -> None:
         arrived = pickle.loads(pickle.dumps(equations))
         assert str(arrived) == text
         np.testing.assert_array_equal(arrived.acceleration(q, v), equations.acceleration(q, v))
+
+
+def test_the_engine_is_what_is_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    for spec, installed in ((None, False), (ModuleSpec("pinocchio", None), True)):
+        monkeypatch.setattr(package, "find_spec", lambda name, spec=spec: spec)
+        assert package.has_pinocchio.__wrapped__() is installed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -234,6 +235,45 @@ def test_what_an_element_does_to_a_body_is_done_back_to_it(name: str) -> None:
         for (body, other, element), effect in done.items():
             back = done[str(other), body, element]
             np.testing.assert_allclose(effect, -back, rtol=0, atol=1e-11 * largest)
+
+
+def test_what_nothing_describes_beside_a_belt_leaves_it_its_forces() -> None:
+    """A sled and an arm that follow another sled, on the ground of the belt's wheels."""
+    over = mq.Pulley("a", BIG), mq.Pulley("b", SMALL)
+    belt = mq.Belt("belt", over, preload=PRELOAD, normal=ACROSS, axes="frame")
+    drive, x = wheels(belt, second=(0.7, 0.0, 0.2)), mq.coordinate("left")
+    held = replace(
+        drive,
+        bodies=(drive.bodies[0], *(mq.Body(name, mq.rod(2.0, 0.4)) for name in ("c", "d", "e"))),
+        joints=(
+            mq.Prismatic("left", "ground", "c", axis=(0.6, 0, 0.8)),
+            mq.Prismatic("right", "c", "d", axis=(0, 0.6, 0.8)),
+            mq.Revolute("arm", "d", "e", axis=ACROSS, origin=mq.Placement((0.1, 0.2, 0.3))),
+        ),
+        forces=(),
+        elements=(),
+        coordinates=mq.Coordinates(("left",), {"right": -0.7 * x, "arm": 2.5 * x}),
+    )
+    both = replace(
+        drive,
+        bodies=(*drive.bodies, *held.bodies[1:]),
+        joints=(*drive.joints, *held.joints),
+        coordinates=mq.Coordinates(
+            ("A", "left"), {**drive.coordinates.driven, **held.coordinates.driven}
+        ),
+    )
+    alone, beside, together = (mq.Reference(each) for each in (drive, held, both))
+    given = {"A": 0.4, "left": 0.3}, {"A": -1.2, "left": 0.9}
+    expected = {**alone.reactions([0.4], [-1.2]), **beside.reactions([0.3], [0.9])}
+    for name, wrench in together.reactions(*given).items():
+        for kind in ("force", "moment"):
+            ours, theirs = getattr(wrench, kind), getattr(expected[name], kind)
+            np.testing.assert_allclose(ours, theirs, rtol=1e-11, atol=1e-11)
+        assert wrench.undetermined == expected[name].undetermined
+    assert together.reactions(*given)["right"].undetermined
+    tensions = alone.guide_forces([0.4], [-1.2])
+    for name, tension in together.guide_forces(*given).items():
+        assert tension == pytest.approx(tensions[name], rel=1e-12)
 
 
 @pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from reference_samples import four_bars, parallelograms
 from scipy.integrate import solve_ivp
 
 import mecanique as mq
-from mecanique.model import Mechanism
-from mecanique.reference.loops.assembly import Tangent, newton
+from mecanique.model import Mechanism, Revolute
+from mecanique.reference.loops.assembly import Tangent, newton, settle
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.nullspace import NaturalUnits, _weigh, measure, split
 from mecanique.reference.tolerances import EPSILON
@@ -31,9 +33,20 @@ def assembled(mechanism: Mechanism) -> np.ndarray:
     return mq.assemble(mechanism, {name: GUESS[name[0]] for name in mechanism.coordinates.names})
 
 
-@pytest.mark.parametrize("name", LINKAGES)
-def test_directions_of_the_metric_carry_unit_energy_each(name: str) -> None:
+def with_rotors(name: str) -> Mechanism:
+    """A linkage with a rotor at every hinge but the first."""
     mechanism = mq.textbook.load(name)
+    hinges = enumerate(mechanism.joints)
+    joints = (replace(j, armature=0.3 * k) if isinstance(j, Revolute) else j for k, j in hinges)
+    return replace(mechanism, joints=tuple(joints))
+
+
+@pytest.mark.parametrize(
+    "mechanism",
+    [*map(mq.textbook.load, LINKAGES), with_rotors("four_bar_linkage")],
+    ids=[*LINKAGES, "rotors"],
+)
+def test_directions_of_the_metric_carry_unit_energy_each(mechanism: Mechanism) -> None:
     reference, q = mq.Reference(mechanism), mq.assemble(mechanism)
     closed = closed_of(mechanism)
     jacobian = closed.closures.at(q, np.zeros(mechanism.nv), 0.0).jacobian
@@ -86,6 +99,37 @@ def test_a_small_loop_beside_a_large_one_is_closed_as_if_alone(length: float, ma
     open_by[0] = 1e-5
     with pytest.raises(mq.EngineError, match="the loops are open"):
         mq.Reference(both).acceleration(q + open_by)
+
+
+def slider_cranks(*parts: tuple[float, float]) -> Mechanism:
+    """Independent slider-cranks, each with its crank's length and its rail's height in lengths."""
+    bodies, joints, loops = [mq.Body("ground")], list[mq.Joint](), list[mq.Loop]()
+    for k, (length, height) in enumerate(parts):
+        crank, rod = mq.rod(1.0, length), mq.rod(2.0, 2.3 * length)
+        bodies += [mq.Body(f"a{k}", crank), mq.Body(f"b{k}", rod), mq.Body(f"c{k}", crank)]
+        tip, rail = mq.Placement((length, 0, 0)), mq.Placement((0, 0, height * length))
+        joints += [
+            Revolute(f"A{k}", "ground", f"a{k}", axis=(0, -1, 0)),
+            Revolute(f"B{k}", f"a{k}", f"b{k}", axis=(0, -1, 0), origin=tip),
+            mq.Prismatic(f"C{k}", "ground", f"c{k}", axis=(1, 0, 0), origin=rail),
+        ]
+        loops.append(mq.Loop.pin(f"D{k}", f"b{k}", (2.3 * length, 0, 0), f"c{k}", (0, 0, 0)))
+    return Mechanism("cranks", tuple(bodies), tuple(joints), loops=tuple(loops))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_search_for_one_loop_takes_the_steps_it_takes_alone(seed: int) -> None:
+    """From anywhere; one of them is out of reach, and steps back while the others go on."""
+    parts = (0.04, 0.5), (1.0, 3.4), (30.0, -1.2)
+    random = np.random.default_rng(seed)
+    starts = [random.uniform(-3, 3, 3) * (1, 1, length) for length, _ in parts]
+    alone = [
+        settle(closed_of(slider_cranks(part)), start, 0.0)
+        for part, start in zip(parts, starts, strict=True)
+    ]
+    together = settle(closed_of(slider_cranks(*parts)), np.concatenate(starts), 0.0)
+    for ours, theirs in zip(together, zip(*alone, strict=True), strict=True):
+        np.testing.assert_allclose(ours, np.concatenate(theirs), rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize(("length", "mass"), SIZES)

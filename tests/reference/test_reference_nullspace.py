@@ -131,6 +131,22 @@ def test_a_hardly_closed_direction_keeps_its_velocity_if_asked_to() -> None:
     np.testing.assert_allclose(free.acceleration, [-3.0, -7.0], rtol=1e-12, atol=0)
 
 
+@pytest.mark.parametrize("by_root", [False, True])
+@pytest.mark.parametrize(("least", "count"), [(2e-13, 2), (5e-14, 1), (0.0, 1)])
+def test_principal_inertias_of_mere_rounding_are_none(
+    least: float, count: int, by_root: bool
+) -> None:
+    """Two velocities, of inertias 9 and 400, that move one body against a mass of that part."""
+    axes, weight = np.array([[1.0, 1.0], [1.0, -1.0]]) / np.sqrt(2), np.array([3.0, 20.0])
+    root = np.sqrt([2 - least, least])[:, None] * axes * weight
+    units = NaturalUnits(np.ones(0), np.ones(2), np.zeros(0, dtype=int))
+    metric = measure(root.T @ root, np.zeros((0, 2)), units, (lambda: root) if by_root else None)
+    assert sorted(metric.mass) == [0.0] * (2 - count) + [1.0] * count
+    C = metric.columns
+    np.testing.assert_allclose(C.T @ root.T @ root @ C, np.diag(metric.mass), rtol=0, atol=2e-2)
+    np.testing.assert_allclose(metric.inverse @ C, np.eye(2), rtol=0, atol=1e-8)
+
+
 def test_the_largest_components_of_a_massless_motion_are_named_in_plain_units() -> None:
     """Massless along (3, 4): the tie of the two is the only row."""
     tie = np.array([[4.0, -3.0]])

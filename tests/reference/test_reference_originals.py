@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from original_samples import ARM, JOINTED, MOVING, pair
+from original_samples import ARM, JOINTED, MOVING, carried, pair
 
 import mecanique as mq
-from mecanique.reference.originals import drake, exudyn
+from mecanique.reference.originals import drake, exudyn, pinocchio
 from mecanique.urdf import read_urdf
 from mecanique.verification.engines import read_by
 from mecanique.verification.verdict import OURS
@@ -29,6 +29,11 @@ def drake_here(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(subprocess, "run", run)
 
 
+LIFTED = """<mujoco><worldbody><body gravcomp="0.7" euler="20 30 0">
+<joint name="i" axis="0 1 0" actuatorgravcomp="true" damping="0.4"/>
+<geom size=".1" pos="0.3 0.1 0.2"/><body pos="0.3 0 0.1" gravcomp="0.4">
+<joint name="j" type="slide" axis="1 0 0.3"/><geom size=".2" pos="0.1 0 0.2"/></body></body>
+</worldbody></mujoco>"""
 LED = ARM.replace('<mimic joint="j"/>', "").replace('"continuous"', '"floating"')
 
 
@@ -42,7 +47,9 @@ LED = ARM.replace('<mimic joint="j"/>', "").replace('"continuous"', '"floating"'
         (pair("continuous", root="floating"), ("pinocchio", "mujoco", "drake", "exudyn")),
         (pair("planar", "0 0 1"), ("pinocchio", "mujoco", "drake")),
         (pair("planar"), ("mujoco", "drake")),
+        (carried("planar", "0 0 1"), ("pinocchio", "mujoco", "drake")),
         (mq.read(MOVING), ("mujoco", "drake")),
+        (mq.read(LIFTED), ("mujoco",)),
         (mq.read(JOINTED), ("drake",)),
     ],
     ids=[
@@ -52,7 +59,9 @@ LED = ARM.replace('<mimic joint="j"/>', "").replace('"continuous"', '"floating"'
         "free root",
         "planar",
         "slanted plane",
+        "planar on a hinge",
         "MJCF",
+        "MJCF with carried weight",
         "SDF",
     ],
 )
@@ -91,6 +100,12 @@ def test_engines_with_and_without_springs_agree_on_the_rest() -> None:
 def test_exudyn_is_built_of_sound_urdf_alone(text: bytes, said: str) -> None:
     with pytest.raises(mq.EngineError, match=re.escape(said)):
         exudyn.read(text, (0.0, 0.0, -9.81), {}, {})
+
+
+def test_pinocchio_gives_the_reason_of_its_parser() -> None:
+    pytest.importorskip("pinocchio")
+    with pytest.raises(mq.EngineError, match=r"^No link elements found in urdf file$"):
+        pinocchio.read(b"<robot name='r'/>", (0.0, 0.0, -9.81), {}, {})
 
 
 def test_a_robot_without_joints_of_one_coordinate_is_read_from_drake(

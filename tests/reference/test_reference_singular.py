@@ -119,6 +119,12 @@ def test_next_to_a_singular_position_only_what_is_closest_there_counts(chain: Cl
     near, other = (_pass(chain, here, slope, way, _NEAR) for slope in slopes)
     np.testing.assert_array_equal(near.acceleration, other.acceleration)
     np.testing.assert_allclose(near.rates, here.v, rtol=1e-5, atol=0)
+    # between the two distances both count
+    part = 0.3
+    between = _pass(chain, here, slopes[1], way, (1 - part) * _NEAR + part * _FAR)
+    for mixed, first, last in zip(between, near, slopes[1], strict=True):
+        rise = _smooth_step(part)
+        np.testing.assert_allclose(mixed, rise * last + (1 - rise) * first, rtol=1e-12, atol=1e-12)
     far = _pass(chain, here, slopes[1], way, _FAR)
     np.testing.assert_array_equal(far.acceleration, slopes[1].acceleration)
 

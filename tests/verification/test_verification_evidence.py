@@ -867,3 +867,46 @@ def test_of_each_way_the_three_joints_that_explain_most_get_a_closer_look(wrong:
         np.testing.assert_allclose(least, sorted(left)[:3], rtol=1e-3, atol=1e-4 * max(left))
     shifted = by_joint[wrong]["shift y"]
     assert any(family is shifted for family in kept)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_what_follows_stands_still_or_goes_the_other_way(count: int) -> None:
+    """Alone, or all of them where there are several; told by the changed mechanism itself."""
+    lead = mq.coordinate("lead")
+    laws = dict([("first", 0.7 * lead - 0.2), ("second", -1.3 * lead)][:count])
+
+    def arm(**changed: Any) -> mq.Mechanism:
+        names = ("lead", *laws)
+        place = mq.Placement((0.4, 0.1, -0.2), (0.2, -0.3, 0.6))
+        links = (mq.box(2.0 - 0.3 * k, (0.3, 0.1, 0.2)).at((0.1, 0.2, 0.3)) for k in range(3))
+        bodies = [mq.Body(f"of {name}", link) for name, link in zip(names, links, strict=False)]
+        parents = ["ground", *(body.name for body in bodies)]
+        return mq.Mechanism(
+            "arm",
+            (mq.Body("ground"), *bodies),
+            tuple(
+                mq.Revolute(name, parent, body.name, axis=(0, 0.6, 0.8), origin=place)
+                for name, parent, body in zip(names, parents, bodies, strict=False)
+            ),
+            coordinates=mq.Coordinates(("lead",), {**laws, **changed}),
+        )
+
+    ours = arm()
+    states = random_states(ours, 3, 0)
+
+    def evidence_by(theirs: mq.Mechanism) -> Evidence:
+        some = Evidence.of(ours, states, told_by(theirs)(states))
+        assert some is not None
+        return some
+
+    expected = {
+        **{f"'{name}' does not follow (mimic ignored)": arm(**{name: 0.0}) for name in laws},
+        **{f"'{name}' follows the other way": arm(**{name: -law}) for name, law in laws.items()},
+    }
+    if count > 1:
+        expected["no joint follows another (mimic ignored)"] = arm(**dict.fromkeys(laws, 0.0))
+    changes = list(joints.map_changes(evidence_by(ours)))
+    assert {change.text for change in changes} == expected.keys()
+    for change in changes:
+        told = evidence_by(expected[change.text]).tau
+        np.testing.assert_allclose(change.answers, told, rtol=1e-11, atol=1e-11)

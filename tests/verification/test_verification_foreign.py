@@ -102,6 +102,28 @@ def test_what_a_header_says_wrongly_is_refused(tmp_path: Path) -> None:
         mq.verify(crane, against=tmp_path / "text.so", header=header)
 
 
+def test_a_header_states_both_sizes_and_a_library_holds_its_own_parameters(library: Path) -> None:
+    body, header = mq.textbook.load("free_rigid_body"), library.with_name("body.h")
+    for nq, nv, message in (
+        (7, 6, "expected a shared library, but .* does not load"),
+        (6, 6, r"expected nq = 7 \(.*\) in .*, it states 6"),
+        (7, 7, r"expected nv = 6 \(.*\) in .*, it states 7"),
+    ):
+        text = f"enum {{ m_nq = {nq}, m_nv = {nv} }};\nvoid m_bias(const double *q, double *out);"
+        header.write_text(text, encoding="utf-8")
+        with pytest.raises(mq.InputError, match=message):
+            foreign.load_library(library.with_name("none.so"), header, body)
+    cart = mq.textbook.load("cart_pole")
+    functions = foreign.load_library(library, library.with_name("cart_pole.h"), cart)
+    loaded = ctypes.CDLL(str(library))
+    for what, function in functions.items():
+        assert function.name == f"cart_pole_{what}"
+        named = ctypes.cast(getattr(loaded, function.name), ctypes.c_void_p)
+        assert function.address == named.value
+        own = ctypes.c_double.in_dll(loaded, "cart_pole_parameters")
+        assert function.parameters == ctypes.addressof(own)
+
+
 def test_functions_of_casadi_stand_in(tmp_path: Path) -> None:
     casadi = pytest.importorskip("casadi")
     cart = mq.textbook.load("cart_pole")

@@ -345,3 +345,16 @@ def test_what_is_conserved_may_contain_time(part: float, holds: bool, source: st
     stated = replace(system, facts=(facts.Conserved("its state at the start", at_the_start),))
     (row,) = check_facts(stated, source=source)
     assert row.holds == holds
+
+
+def test_a_walk_stays_on_the_branch_it_begins_on() -> None:
+    """The crank turns around; coupler and rocker are never in line, so that branches are apart."""
+    linkage = textbook.load("four_bar_linkage")
+    bent = []
+    for walk in (True, False):
+        states = random_states(linkage, 30, 2, walk=walk)
+        phi, theta, psi = states.q.T
+        bent.append(set(np.sign(np.sin(phi + theta - psi)).tolist()))
+        assert np.ptp(phi) > 3.0
+    assert len(bent[0]) == 1
+    assert bent[1] == {1.0, -1.0}

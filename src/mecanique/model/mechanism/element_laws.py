@@ -60,7 +60,7 @@ def bevel_of(m: Description, gear: Gear) -> Bevel | None:
     w, W = (line - c * n) / s, (n - c * line) / s
     pairs = [(i, k) for i in (1, -1) for k in (1, -1)]
     sides = min(
-        pairs, key=lambda pair: float(np.linalg.norm(r * pair[0] * w - R * pair[1] * W - apart))
+        pairs, key=lambda pair: float(np.linalg.norm(pair[0] * r * w - pair[1] * R * W - apart))
     )
     far = sides[0] * r + c * sides[1] * R
     return Bevel(_whole(c), _whole(s), sides, 1 if sides[1] * far > 0 else -1)
