@@ -41,6 +41,16 @@ def test_the_torque_that_holds_a_crank_against_the_piston(theta: float) -> None:
     assert push == pytest.approx(-held / (R * sin(theta) * ratio), rel=1e-9)
 
 
+@pytest.mark.parametrize("heavy", [1e-9, 1.0, 1e9])
+def test_what_drives_can_balance_does_not_depend_on_how_heavy_a_machine_is(heavy: float) -> None:
+    plain = load("slider_crank", r=R, l=L, m1=2.0 * heavy, m2=3.0 * heavy)
+    reference, (_, q) = Reference(plain), crank(0.9)
+    held = reference.driving_forces(("O",), q)["O"]
+    assert held == pytest.approx(heavy * 2.0 * 9.81 * R * cos(0.9) / 2, rel=1e-10)
+    with pytest.raises(ClosureError, match="cannot produce"):
+        reference.driving_forces((), q)
+
+
 @pytest.mark.parametrize("name", ["slider_crank", "four_bar_linkage", "squeezer"])
 def test_driving_forces_make_the_accelerations_that_torques_make(name: str) -> None:
     mechanism = load(name)

@@ -11,6 +11,8 @@ from scipy.spatial.transform import Rotation
 from sympy import cos, sin, sqrt
 
 import mecanique as mq
+from mecanique.model.constraints.loops import CLOSED
+from mecanique.reference.engine.forces.elements import Elements
 from mecanique.verification.states import random_states
 
 ACROSS = (0.0, -1.0, 0.0)
@@ -39,7 +41,8 @@ def wheels(*elements: mq.Belt | mq.Gear, second: tuple[float, float, float]) -> 
         coordinates=mq.Coordinates(
             ("A",),
             {
-                "B": (3 if isinstance(elements[0], mq.Belt) else -3) * mq.coordinate("A"),
+                "B": (-3 if isinstance(g := elements[0], mq.Gear) and not g.internal else 3)
+                * mq.coordinate("A"),
             },
         ),
     )
@@ -86,11 +89,15 @@ def test_runs_of_a_belt_are_tangents_in_the_plane_of_its_frame() -> None:
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.05])
-def test_teeth_touch_on_the_pitch_circles(offset: float) -> None:
+@pytest.mark.parametrize("internal", [False, True])
+def test_teeth_touch_on_the_pitch_circles(offset: float, internal: bool) -> None:
     """Whatever stands between the wheels along their axes does not count."""
     angle = 0.35
-    gear = mq.Gear("mesh", "A", "B", BIG, other_radius=SMALL, pressure_angle=angle)
-    mechanism = wheels(gear, second=(BIG + SMALL, offset, 0.0))
+    gear = mq.Gear(
+        *("mesh", "A", "B", BIG), other_radius=SMALL, internal=internal, pressure_angle=angle
+    )
+    between = BIG - SMALL if internal else BIG + SMALL
+    mechanism = wheels(gear, second=(between, offset, 0.0))
     reference = mq.Reference(mechanism)
     q, n = [0.4], normal_in_world()
     along = Rotation.from_euler("xyz", TILT).apply([1.0, 0.0, 0.0])
@@ -101,7 +108,8 @@ def test_teeth_touch_on_the_pitch_circles(offset: float) -> None:
         arm = action.point - reference.pose("a", q)[:3, 3]
         np.testing.assert_allclose(arm - (arm @ n) * n, BIG * along, rtol=0, atol=1e-14)
         assert action.force @ n == pytest.approx(0, abs=1e-13)
-        outward = 1 if action.body == "b" else -1  # teeth push the wheels apart
+        # teeth push the wheels apart, those of a ring towards its center
+        outward = 1 if (action.body == "b") != internal else -1
         radial = outward * action.force @ along
         assert radial == pytest.approx(abs(force) * np.sin(angle), rel=1e-12)
     push = next(action.force for action in actions if action.body == "a")
@@ -235,6 +243,44 @@ def test_what_an_element_does_to_a_body_is_done_back_to_it(name: str) -> None:
         for (body, other, element), effect in done.items():
             back = done[str(other), body, element]
             np.testing.assert_allclose(effect, -back, rtol=0, atol=1e-11 * largest)
+
+
+@pytest.mark.parametrize("kind", CLOSED)
+def test_forces_of_a_loop_act_along_its_rows_where_it_closes(kind: str) -> None:
+    """On b at the origin of its frame, in the axes of a's or along the rod, and back on a."""
+    here, there = mq.Placement((0.1, 0.2, 0.3), TILT), mq.Placement((-0.3, 0.1, 0.4), PLACE)
+    length = {"length": 0.9} if kind == "distance" else {}
+    loop = mq.Loop("tie", kind, "a", here, "b", there, **length)  # type: ignore[arg-type]  # parametrized
+    second = mq.Placement((0.7, 0.3, -0.2), (0.3, 0.6, -0.5))
+    mechanism = mq.Mechanism(
+        "two",
+        (mq.Body("ground"), *(mq.Body(name, mq.rod(1.0, 0.4)) for name in "ab")),
+        (
+            mq.Revolute("A", "ground", "a", axis=(0.6, 0, 0.8), origin=mq.Placement(PLACE, TILT)),
+            mq.Revolute("B", "ground", "b", axis=(0, 0.8, 0.6), origin=second),
+        ),
+    )
+    reference, q = mq.Reference(mechanism), np.array([0.4, -0.9])
+    tree = reference._tree
+    held = Elements(replace(mechanism, elements=(loop,)), tree.engine, tree.chart, tree.loads.sites)
+    tree.move(q, np.zeros(2), 0.0)
+    axes = reference.pose("a", q)[:3, :3] @ Rotation.from_euler("xyz", TILT).as_matrix()
+    start, end = (
+        (reference.pose(body, q) @ [*frame.xyz, 1.0])[:3]
+        for body, frame in (("a", here), ("b", there))
+    )
+    expected = []
+    for k, row in enumerate(CLOSED[kind]):
+        rod = (end - start) / np.linalg.norm(end - start)
+        along = rod if row == "length" else axes[:, "xyz".index(row[-1])]
+        for body, other, sign in (("b", "a", 1.0), ("a", "b", -1.0)):
+            parts = np.zeros((2, 3))
+            parts[int(row.startswith("r"))] = sign * along
+            expected.append((k, body, other, False, [*end, *parts.ravel()]))
+    units = held.units()
+    assert [(u.force, u.body, u.other, u.pressed) for u in units] == [e[:4] for e in expected]
+    found = [[*u.action.point, *u.action.force, *u.action.torque] for u in units]
+    np.testing.assert_allclose(found, [e[4] for e in expected], rtol=0, atol=1e-14)
 
 
 def test_what_nothing_describes_beside_a_belt_leaves_it_its_forces() -> None:

@@ -38,6 +38,7 @@ from mecanique.reference import Reference, assemble, assembly_branches, degrees_
 from mecanique.reference.loops.assembly import (
     _damped_step,
     _distance,
+    _Search,
     close_velocity,
     displace,
     project,
@@ -289,6 +290,48 @@ def test_rows_are_the_rates_of_the_gaps_also_where_the_loop_is_open(kind: str) -
         np.testing.assert_allclose(here.jacobian @ v, moved, rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.parametrize("kind", CLOSED)
+def test_gaps_and_relative_velocities_are_those_of_the_frames(kind: str) -> None:
+    """Φ is where frame b stands in frame a, J v how it moves against a, in the axes of a."""
+    mechanism, random = two_free_bodies(kind), np.random.default_rng(8)
+    (loop,) = mechanism.loops
+    poses = [(random.normal(size=3), Rotation.random(rng=random)) for _ in range(2)]
+    q = np.concatenate([part for p, turn in poses for part in (p, turn.as_quat())])
+    v = random.normal(size=12)
+    here = closed_of(mechanism).closures.at(q, v, 0.0)
+    places, turns, flows, spins = [], [], [], []
+    for (p, turn), frame, (u, w) in zip(
+        poses, (loop.frame_a, loop.frame_b), v.reshape(2, 2, 3), strict=True
+    ):
+        places.append(p + turn.apply(frame.xyz))
+        turns.append(turn * Rotation.from_euler("xyz", frame.rpy))
+        spins.append(turn.apply(w))
+        flows.append(turn.apply(u) - np.cross(spins[-1], p))  # of what is at the world's origin
+    span, axes = places[1] - places[0], turns[0].inv()
+    relative = axes * turns[1]
+    slip = flows[1] - flows[0] + np.cross(spins[1] - spins[0], places[1])
+    x = relative.as_matrix()
+    tilt = np.cross([0, 0, 1], x[:, 2])
+    tilt *= np.arccos(x[2, 2]) / np.linalg.norm(tilt)
+    turned = {
+        "hinge": tilt,
+        "weld": relative.as_rotvec(),
+        "plate": [0, 0, np.arctan2(x[1, 0], x[0, 0])],
+    }.get(kind, np.zeros(3))
+    gaps = dict(zip(("x", "y", "z", "rx", "ry", "rz"), [*axes.apply(span), *turned], strict=True))
+    rates = [*axes.apply(slip), *axes.apply(spins[1] - spins[0])]
+    moved = dict(zip(gaps, rates, strict=True))
+    size = float(np.linalg.norm(span))
+    gaps["length"], moved["length"] = size - 0.7, float(span @ slip) / size
+    # x of b within the plane turns by the motion across it as well
+    a, b, c = x[:, 0]
+    wx, wy, wz = rates[3:]
+    moved["rz"] = wz - c * (a * wx + b * wy) / (a * a + b * b) if kind == "plate" else wz
+    rows = CLOSED[loop.kind]
+    np.testing.assert_allclose(here.residual, [gaps[row] for row in rows], rtol=1e-12, atol=0)
+    np.testing.assert_allclose(here.jacobian @ v, [moved[row] for row in rows], rtol=1e-11, atol=0)
+
+
 def test_only_velocities_that_are_rates_of_coordinates_have_their_size() -> None:
     """Those of a free body in its own axes are the rate of no coordinate; -0.8 rad turns an arm."""
     pair = two_free_bodies("ball")
@@ -387,6 +430,45 @@ def test_a_step_of_an_assembly_goes_as_far_as_is_safe_and_no_farther() -> None:
         newton = -gaps / np.diag(J)
         expected = newton / np.abs(newton).max() * far
         np.testing.assert_allclose(_damped_step(J, gaps, None), expected, rtol=1e-12, atol=0)
+
+
+@pytest.mark.parametrize(("wide", "damping"), [(3.0, 0.2), (3.0, 2.0), (0.4, 0.7)])
+def test_from_afar_bodies_are_carried_rather_than_turned(wide: float, damping: float) -> None:
+    """Damped least squares, (JᵀJ + λ 1) y = −Jᵀ Φ, in slides by the largest gap if it is wide."""
+    random = np.random.default_rng(4)
+    J, gaps = random.normal(size=(5, 6)), random.uniform(-1, 1, 5)
+    rows, at, turning = np.array([0, 2, 3]), np.array([1, 2, 4, 5]), np.array([1, 0, 0, 1], bool)
+    gaps[2] = -wide
+    search = _Search(rows, at, turning, damping)
+    scales = np.where(turning, 1.0, max(wide, 1.0))
+    A = J[rows][:, at] * scales
+    least = damping * np.linalg.norm(A, 2) ** 2
+    y = -np.linalg.solve(A.T @ A + least * np.eye(4), A.T @ gaps[rows])
+    y *= min(1.0, 0.5 / np.abs(y).max())
+    np.testing.assert_allclose(search.step(J, gaps, np.zeros(5)), scales * y, rtol=1e-11, atol=0)
+
+
+def test_a_search_goes_on_with_less_damping_where_it_gains_and_with_more_where_it_does_not() -> (
+    None
+):
+    rows = np.array([1, 2])
+    search = _Search(rows, np.array([0]), np.zeros(1, bool))
+    gaps, damping = np.array([7.0, 0.6, -0.8]), search.damping
+    assert search.accept(gaps, np.array([9.0, 0.6, -0.7]))
+    assert search.damping < damping
+    damping = search.damping
+    assert not search.accept(gaps, np.array([0.0, 0.6, 0.9]))
+    assert search.damping > damping
+    assert not search.over
+    # close to the end nothing is gained any more
+    near = gaps * np.array([1.0, 1e-5, 1e-5])
+    assert not search.accept(near, near)
+    assert search.over
+    # or too little, too often
+    search, steps = _Search(rows, np.array([0]), np.zeros(1, bool)), 0
+    while not search.over:
+        steps += search.accept(gaps, 0.9995 * gaps)
+    assert steps == 12
 
 
 def test_the_branches_of_an_assembly_are_the_open_and_the_crossed_one() -> None:

@@ -8,11 +8,12 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from original_samples import ARM, JOINTED, MOVING, carried, pair
 
 import mecanique as mq
-from mecanique.reference.originals import drake, exudyn, pinocchio
+from mecanique.reference.originals import drake, exudyn, mujoco, pinocchio
 from mecanique.urdf import read_urdf
 from mecanique.verification.engines import read_by
 from mecanique.verification.verdict import OURS
@@ -106,6 +107,22 @@ def test_pinocchio_gives_the_reason_of_its_parser() -> None:
     pytest.importorskip("pinocchio")
     with pytest.raises(mq.EngineError, match=r"^No link elements found in urdf file$"):
         pinocchio.read(b"<robot name='r'/>", (0.0, 0.0, -9.81), {}, {})
+
+
+@pytest.mark.parametrize("kind", ["hinge", "ball"])
+def test_joints_that_nobody_asks_about_rest_unturned(kind: str) -> None:
+    pytest.importorskip("mujoco")
+    text = """<mujoco><worldbody><body euler="20 30 0"><joint name="i" axis="0 1 0.2"/>
+    <geom size=".1" pos="0.3 0.1 0.2"/><body pos="0.3 0 0.1" euler="0 0 40">JOINT
+    <geom type="box" size=".1 .2 .3" pos="0.1 0.4 0.2"/></body></body></worldbody></mujoco>"""
+    held = mq.read(text.replace("JOINT", ""))
+    moving = text.replace("JOINT", f'<joint name="j" type="{kind}" axis="1 0 0"/>')
+    q, v = 0.7, -1.3
+    original = mujoco.read(moving.encode(), (0.0, 0.0, -9.81), {"i": [q]}, {"i": [v]})
+    assert original.others == ("j",)
+    reference = mq.Reference(held)
+    np.testing.assert_allclose(original.mass[0], reference.mass_matrix([q]), rtol=1e-12, atol=0)
+    np.testing.assert_allclose(original.bias[0], reference.bias([q], [v]), rtol=1e-11, atol=0)
 
 
 def test_a_robot_without_joints_of_one_coordinate_is_read_from_drake(

@@ -328,6 +328,22 @@ def test_less_than_no_damping_is_not_offered(own: float, more: float) -> None:
         assert f": {own + more:.6g} N·m·s instead of {own:.6g}" in change.text
 
 
+@pytest.mark.parametrize(
+    ("own", "theirs", "digits"), [(0.37, 2.0, 1), (1.23, 1.53, 1), (0.7, 0.0, 0)]
+)
+def test_damping_is_as_plain_as_the_number_that_would_stand_there(
+    own: float, theirs: float, digits: int
+) -> None:
+    """Or as what was added to it."""
+    pendulum = mq.textbook.load("simple_pendulum")
+    ours, other = (
+        replace(pendulum, forces=(mq.JointDamper("damper", "pin", c),)) for c in (own, theirs)
+    )
+    evidence = evidence_of(ours, told_by(other))
+    (change,) = (one for one in joint_changes(evidence) if one.kind == "damping")
+    assert (change.amount.digits, change.amount.share) == (digits, 0.0)
+
+
 def test_what_a_change_explains_is_not_left() -> None:
     pendulum = mq.textbook.load("rigid_bar_pendulum")
     damped = replace(pendulum, forces=(mq.JointDamper("damper", "pin", 0.3),))

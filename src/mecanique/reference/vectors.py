@@ -39,11 +39,11 @@ def turn_about(axis: Array, cos: npt.ArrayLike, sin: npt.ArrayLike) -> Array:
 
 
 def turn_of(quaternion: Array) -> Array:
-    """Return the rotations of unit quaternions x, y, z, w, shape (…, 3, 3)."""
-    x, y, z, w = quaternion.T
+    """Return the rotation of a unit quaternion x, y, z, w, shape (3, 3)."""
+    x, y, z, w = quaternion
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
         [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
     ]
-    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+    return np.array(rows)
