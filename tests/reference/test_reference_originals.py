@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,7 @@ LIFTED = """<mujoco><worldbody><body gravcomp="0.7" euler="20 30 0">
 <geom size=".1" pos="0.3 0.1 0.2"/><body pos="0.3 0 0.1" gravcomp="0.4">
 <joint name="j" type="slide" axis="1 0 0.3"/><geom size=".2" pos="0.1 0 0.2"/></body></body>
 </worldbody></mujoco>"""
+MESH = '<visual><geometry><mesh filename="missing.obj"/></geometry></visual>'
 LED = ARM.replace('<mimic joint="j"/>', "").replace('"continuous"', '"floating"')
 
 
@@ -44,11 +46,14 @@ LED = ARM.replace('<mimic joint="j"/>', "").replace('"continuous"', '"floating"'
     [
         (read_urdf(ARM), ("exudyn",)),
         (read_urdf(LED), ("exudyn",)),
+        (pair("continuous", "0.48 0.6 0.64"), ("exudyn",)),
+        (read_urdf(ARM.replace("</inertial>", f"</inertial>{MESH}")), ("mujoco",)),
         (pair("floating"), ("pinocchio", "mujoco", "drake", "exudyn")),
         (pair("continuous", root="floating"), ("pinocchio", "mujoco", "drake", "exudyn")),
         (pair("planar", "0 0 1"), ("pinocchio", "mujoco", "drake")),
         (pair("planar"), ("mujoco", "drake")),
         (carried("planar", "0 0 1"), ("pinocchio", "mujoco", "drake")),
+        (carried("planar", "0.48 0.6 0.64"), ("mujoco", "drake")),
         (mq.read(MOVING), ("mujoco", "drake")),
         (mq.read(LIFTED), ("mujoco",)),
         (mq.read(JOINTED), ("drake",)),
@@ -56,11 +61,14 @@ LED = ARM.replace('<mimic joint="j"/>', "").replace('"continuous"', '"floating"'
     ids=[
         "mimic",
         "floating end",
+        "crooked hinge",
+        "mesh",
         "floating",
         "free root",
         "planar",
         "slanted plane",
         "planar on a hinge",
+        "slanted plane on a hinge",
         "MJCF",
         "MJCF with carried weight",
         "SDF",
@@ -109,20 +117,47 @@ def test_pinocchio_gives_the_reason_of_its_parser() -> None:
         pinocchio.read(b"<robot name='r'/>", (0.0, 0.0, -9.81), {}, {})
 
 
+@pytest.mark.usefixtures("drake_here")
+@pytest.mark.parametrize("engine", [mujoco, drake], ids=lambda engine: engine.__name__[30:])
 @pytest.mark.parametrize("kind", ["hinge", "ball"])
-def test_joints_that_nobody_asks_about_rest_unturned(kind: str) -> None:
-    pytest.importorskip("mujoco")
-    text = """<mujoco><worldbody><body euler="20 30 0"><joint name="i" axis="0 1 0.2"/>
+def test_joints_that_nobody_asks_about_rest_unturned(kind: str, engine: ModuleType) -> None:
+    pytest.importorskip("mujoco" if engine is mujoco else "pydrake")
+    text = """<mujoco model="m"><worldbody><body euler="20 30 0"><joint name="i" axis="0 1 0.2"/>
     <geom size=".1" pos="0.3 0.1 0.2"/><body pos="0.3 0 0.1" euler="0 0 40">JOINT
     <geom type="box" size=".1 .2 .3" pos="0.1 0.4 0.2"/></body></body></worldbody></mujoco>"""
     held = mq.read(text.replace("JOINT", ""))
     moving = text.replace("JOINT", f'<joint name="j" type="{kind}" axis="1 0 0"/>')
     q, v = 0.7, -1.3
-    original = mujoco.read(moving.encode(), (0.0, 0.0, -9.81), {"i": [q]}, {"i": [v]})
-    assert original.others == ("j",)
+    original = engine.read(moving.encode(), (0.0, 0.0, -9.81), {"i": [q]}, {"i": [v]})
+    assert [name.rpartition("::")[2] for name in original.others] == ["j"]
     reference = mq.Reference(held)
     np.testing.assert_allclose(original.mass[0], reference.mass_matrix([q]), rtol=1e-12, atol=0)
     np.testing.assert_allclose(original.bias[0], reference.bias([q], [v]), rtol=1e-11, atol=0)
+
+
+@pytest.mark.usefixtures("drake_here")
+@pytest.mark.parametrize(
+    ("text", "others"),
+    [
+        (
+            '<sdf version="1.9"><model name="m"><link name="a"/><link name="b"/>'
+            '<joint name="i" type="revolute"><parent>world</parent><child>a</child>'
+            "<axis><xyz>0 1 0</xyz></axis></joint></model></sdf>",
+            ("m::b_root_joint",),
+        ),
+        (
+            ARM.replace('<mimic joint="j"/>', "").replace('name="j"', 'name="l"'),
+            ("r::l",),
+        ),
+    ],
+    ids=["SDF", "URDF"],
+)
+def test_only_a_link_that_nothing_holds_has_a_root_joint_of_its_name(
+    text: str, others: tuple[str, ...]
+) -> None:
+    pytest.importorskip("pydrake")
+    original = drake.read(text.encode(), (0.0, 0.0, -9.81), {"i": [0.3]}, {"i": [0.2]})
+    assert original.others == others
 
 
 def test_a_robot_without_joints_of_one_coordinate_is_read_from_drake(

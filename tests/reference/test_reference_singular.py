@@ -288,9 +288,13 @@ def test_branches_turn_where_the_gap_between_them_stays_as_states_come_nearer(
     way: Any = SimpleNamespace(along=np.ones(1), right=np.eye(1), metric=metric)
     given: Any = SimpleNamespace(q=np.zeros(1), v=np.zeros(1), t=0.0)
     around = [landing] * (2 * len(_WEIGHTS))
-    monkeypatch.setattr(
-        "mecanique.reference.loops.singular._land_around", lambda *_: around if left else None
-    )
+    asked = list[float]()
+
+    def land_around(*given: Any) -> Any:
+        asked.append(given[-1])
+        return around if left else None
+
+    monkeypatch.setattr("mecanique.reference.loops.singular._land_around", land_around)
     monkeypatch.setattr(
         "mecanique.reference.loops.singular.displace", lambda closed, q, step: q + step
     )
@@ -299,3 +303,5 @@ def test_branches_turn_where_the_gap_between_them_stays_as_states_come_nearer(
             _turns_ahead(closed, way, given, 0.1)
     else:
         assert _turns_ahead(closed, way, given, 0.1) is turns
+    # twice as near each time
+    np.testing.assert_allclose(asked, asked[0] / 2 ** np.arange(len(asked)), rtol=1e-15, atol=0)

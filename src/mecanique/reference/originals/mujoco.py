@@ -93,4 +93,4 @@ def _free(q: Array, v: Array) -> tuple[Array, Array, Array]:
     """Velocities are the origin's in world axes, then the angular velocity in the body's."""
     _, linear, drift = turning(q, v)
     T = np.vstack([linear, np.eye(6)[3:]])
-    return np.concatenate([q[:3], ball_w_first(q[3:], v[3:])[0]]), T, np.append(drift, np.zeros(3))
+    return q[[0, 1, 2, 6, 3, 4, 5]], T, np.append(drift, np.zeros(3))
