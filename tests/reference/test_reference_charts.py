@@ -24,6 +24,7 @@ from mecanique.model import (
     box,
     coordinate,
 )
+from mecanique.reference.engine.chart import turn
 from mecanique.reference.engine.tree import EngineTree
 from mecanique.reference.loops.assembly import held_columns
 from mecanique.reference.originals import drake, exudyn, mujoco
@@ -110,6 +111,14 @@ def test_held_coordinates_hold_the_velocities_of_their_own_joint() -> None:
     ):
         held = held_columns(mechanism, names)
         assert {mechanism.velocities[k] for k in np.flatnonzero(held)} == set(velocities)
+
+
+@pytest.mark.parametrize("length", [1.0, 0.3, 2.7])
+def test_a_quaternion_of_any_length_turns_alike(length: float) -> None:
+    random = np.random.default_rng(2)
+    turned, vector = Rotation.random(rng=random), random.normal(size=3)
+    found = turn((length * turned.as_quat()).tolist(), vector.tolist())
+    np.testing.assert_allclose(found, turned.apply(vector), rtol=1e-14, atol=0)
 
 
 def test_quaternions_of_any_length_are_one_position() -> None:

@@ -239,7 +239,7 @@ def _efforts(mechanism: Mechanism, tau: Given) -> tuple[tuple[str, ...], np.ndar
         meant.setdefault(name.removesuffix("'"), set()).add(name)
     for joint in mechanism.joints:
         if isinstance(joint, Single):
-            meant.setdefault(joint.name, set()).update(joint.velocities)
+            meant.setdefault(joint.name, set()).add(joint.velocities[-1])
     taken: dict[str, str] = {}
     for name in tau:
         several = [joint for joint in mechanism.joints if joint.name == name and joint.nv != 1]
