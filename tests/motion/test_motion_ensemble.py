@@ -358,19 +358,21 @@ def test_a_dask_cluster_with_a_killed_worker_completes_the_runs(tmp_path: Path) 
     distributed = pytest.importorskip("distributed")
     import dask
 
-    with (
-        dask.config.set(
-            {"distributed.comm.timeouts.connect": "300s", "distributed.comm.timeouts.tcp": "300s"}
-        ),
-        distributed.LocalCluster(
+    # a loaded machine takes its time to start a cluster; a dead worker is not to be waited for
+    patience = {
+        "distributed.comm.timeouts.connect": "300s",
+        "distributed.comm.timeouts.tcp": "300s",
+    }
+    with dask.config.set(patience):
+        cluster = distributed.LocalCluster(
             n_workers=2,
             threads_per_worker=1,
             processes=True,
             dashboard_address=None,
             local_directory=str(tmp_path),
-        ) as cluster,
-        distributed.Client(cluster) as client,
-    ):
+        )
+        client = distributed.Client(cluster)
+    with cluster, client:
         victims = [worker.process.pid for worker in cluster.workers.values()]
 
         def kill(fraction: float) -> None:
