@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Literal
 
@@ -11,9 +12,12 @@ from mecanique.model.constraints.friction import Switching
 
 __all__ = [
     "CORNER",
+    "CORNERS",
     "TABLE",
+    "TRIPOD",
     "make_ball",
     "make_block",
+    "make_box",
     "make_braked",
     "make_buffer",
     "make_corner",
@@ -31,6 +35,12 @@ TABLE = 2.0
 
 CORNER = {"x": -0.3, "z": 0.3 * math.tan(math.pi / 6)}
 """A place on the slope to the foot of which a particle slides."""
+
+CORNERS = tuple((x, y) for x in (-0.2, 0.2) for y in (-0.2, 0.2))
+"""Those of a box from above."""
+
+TRIPOD = ((0.2, 0.0), (-0.15, 0.2), (-0.1, -0.2))
+"""Feet below a box's center, not alike, so that it turns as it begins to slide."""
 
 _TOP = mq.Placement((-TABLE / 2, 0, 0))
 
@@ -212,4 +222,22 @@ def make_pair() -> mq.Mechanism:
         tuple(slides),
         forces=tuple(springs),
         switching=tuple(mq.Friction(f"brake_{k}", k, 1.0, 3.0) for k in names[1:]),
+    )
+
+
+def make_box(
+    mu: float,
+    pull: float = 0.0,
+    feet: Sequence[tuple[float, float]] = CORNERS,
+    aside: float = 0.0,
+) -> mq.Mechanism:
+    """Return a box of 1 kg on its lower corners, pulled along x [N], next to its center [m]."""
+    contacts = (mq.Contact(f"c{k}", "box", (*foot, -0.1), mu=mu) for k, foot in enumerate(feet))
+    return mq.Mechanism(
+        "box",
+        (mq.Body("ground"), mq.Body("box", mq.box(1.0, (0.4, 0.4, 0.2)))),
+        (mq.Floating("free", "ground", "box"),),
+        forces=(mq.Force("pull", "box", (0, aside, 0), (pull, 0, 0)),) if pull else (),
+        gravity=(0, 0, -9.81),
+        switching=tuple(contacts),
     )

@@ -14,8 +14,10 @@ import numpy as np
 import pytest
 from sides import (
     CORNER,
+    TRIPOD,
     make_ball,
     make_block,
+    make_box,
     make_braked,
     make_buffer,
     make_corner,
@@ -298,6 +300,22 @@ def test_a_page_begins_to_slip_in_space_and_of_several_at_once(
     known = motion(times)
     states = np.array(computed["states"])[:, : mechanism.nq + mechanism.nv]
     np.testing.assert_allclose(states, np.hstack([known.q, known.v]), rtol=0, atol=1e-10)
+
+
+@pytest.mark.slow
+@needs_node
+@pytest.mark.parametrize(
+    "box", [make_box(0.3, 3.0), make_box(0.3, 3.2, TRIPOD, aside=0.1)], ids=["corners", "tripod"]
+)
+def test_a_page_begins_to_slide_on_several_feet(box: mq.Mechanism, tmp_path: Path) -> None:
+    motion = mq.simulate(box, q={"free_z": 0.1}, duration=0.1, rtol=1e-11)
+    times = [1e-6, 1e-3, 0.1]
+    task = {"engine": asdict(engine_of(motion)), "rtol": 1e-11, "times": times}
+    (computed,) = run([task], tmp_path)
+    assert computed["stopped"] == ""
+    known = motion(times)
+    states = np.array(computed["states"])[:, : box.nq + box.nv]
+    np.testing.assert_allclose(states, np.hstack([known.q, known.v]), rtol=0, atol=1e-9)
 
 
 @needs_node

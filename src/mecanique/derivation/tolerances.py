@@ -162,8 +162,11 @@ ANGLES = 72
 SAME_DIRECTION = 1e-13
 """Parts of directions of slip that differ by less are the same to rounding."""
 
-DIRECTION_SWEEPS = 20
-"""Sweeps over the directions of slip that begins in several contacts, each found by the others'."""
+DIRECTION_SWEEPS = 100
+"""Sweeps over directions of slip that begins in several contacts, each found by the others'.
+
+On one body each takes away some half of what they differ by.
+"""
 
 SWITCHING = {
     "CLOSED_GAP": CLOSED_GAP,

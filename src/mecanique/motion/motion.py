@@ -312,15 +312,15 @@ def simulate(
     """
     begin = perf_counter()
     refuse_still(mechanism)
+    t0, end, rtol, atol = span_and_tolerances(t0, duration, rtol, atol)
     corners = None
     if mechanism.switching:
         from mecanique.motion.switching.corners import Corners
 
-        corners = Corners(mechanism)
+        corners = Corners(mechanism, rtol)
         refuse_corners(mechanism, method, reference)
         mechanism = corners.rows.base
     start = np.concatenate([mechanism.position(q), mechanism.velocity(v)])
-    t0, end, rtol, atol = span_and_tolerances(t0, duration, rtol, atol)
     times = sample_times(t0, end, fps, samples)
     if method not in ("auto", *METHODS, *COMPILED):
         raise UnknownNameError("method", method, ("auto", *METHODS, *COMPILED))

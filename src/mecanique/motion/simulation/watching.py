@@ -280,11 +280,14 @@ class Watcher:
             if (outcome := problem.report(t)) is not None:
                 return outcome
             self._next_report = t + (problem.end - problem.t0) / 100
-        halts = (
-            (self._events and self._has_crossed())
-            or (loops is not None and loops.has_left(t, y))
-            or self._rates.drift(y[: self._nq]) > self._most_drift
-        )
+        try:
+            halts = (
+                (self._events and self._has_crossed())
+                or (loops is not None and loops.has_left(t, y))
+                or self._rates.drift(y[: self._nq]) > self._most_drift
+            )
+        except MecaniqueError as error:
+            return Outcome("undecided", error)
         return Outcome("halt") if halts else None
 
     def settle(self) -> Outcome | None:

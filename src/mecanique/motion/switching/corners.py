@@ -199,8 +199,9 @@ class Corners:
 
     share: ClassVar[float] = 0.1
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    def __init__(self, mechanism: Mechanism, rtol: float = STILL) -> None:
         self.mechanism = mechanism
+        self._error = max(1.0, rtol / STILL)  # of steps, by rounding
         self.rows = SwitchingRows(mechanism)
         self.elements = self.rows.elements
         self.laws = Laws(self.elements, self.rows.permanent)
@@ -304,7 +305,8 @@ class Corners:
             return False
         if rates is None or left is None:
             return False
-        theirs = self._rates(t, y), self.laws.margins(terms, mode)
+        solution = self._solve(terms, y[self._nq :], t)
+        theirs = self._rates(t, y), self.laws.margins(terms, mode, solution)
         return _are_close((rates, left[0]), theirs)
 
     def _solve(self, terms: Terms, v: Array, t: float) -> ModeSolution:
@@ -314,17 +316,6 @@ class Corners:
             raise UndecidedError(
                 f"the mode {self.describe(mode)} has no accelerations at t = {t:.6g} s", 0
             )
-        if solution.redundant:
-            # directions in which slip ends are rounding
-            slip = max(
-                (abs(terms.rates[rows]).max() for rows in self.rubbing.values()), default=0.0
-            )
-            if self.laws.find_moved(terms, solution) * slip > self.still_speed(terms, v):
-                raise UndecidedError(
-                    f"how contacts share their forces, which is undetermined, decides how bodies "
-                    f"move at t = {t:.6g} s, as they slip in different directions",
-                    0,
-                )
         return solution
 
     def forces(self, t: float, q: Array, v: Array) -> tuple[Terms, Array]:
@@ -392,7 +383,10 @@ class Corners:
             margins, load = left
         else:
             terms = self.rows.at(q, v, t)
-            margins = self.laws.margins(terms, mode)
+            solution = self.laws.solve(terms, mode, _rounding(terms, v))
+            if solution is not None and solution.redundant:
+                self._refuse_decisive_shares(terms, solution, v, t)
+            margins = self.laws.margins(terms, mode, solution)
             load = float(np.abs(terms.load).max(initial=0.0))
             for k, state in enumerate(mode):
                 if state.beginning:  # it ends at rest, or has begun
@@ -407,6 +401,16 @@ class Corners:
             if state.name == STICKS:
                 margins[k, 1] += pull
         return margins
+
+    def _refuse_decisive_shares(
+        self, terms: Terms, solution: ModeSolution, v: Array, t: float
+    ) -> None:
+        if self.laws.shares_decide(terms, solution, self._find_error(terms, v)):
+            raise UndecidedError(
+                "how contacts share their forces, which is undetermined, decides how bodies move "
+                f"at t = {t:.6g} s, as they slip in different directions",
+                0,
+            )
 
     # on the rows that are held ------------------------------------------------------------------
 
@@ -634,19 +638,19 @@ class Corners:
         old = self._modes[-1] if self._modes else ()
 
         def follow() -> ModeSolution:
-            following = list[ModeSolution]()
+            following, error = list[ModeSolution](), self._find_error(terms, v)
             if begun:
                 with suppress(InputError):
                     ends = forbidden | begun
-                    following = self.laws.follow(terms, touching, still, ends, self._ended)
+                    following = self.laws.follow(terms, touching, still, ends, self._ended, error)
             if not following:
-                following = self.laws.follow(terms, touching, still, forbidden, self._ended)
+                following = self.laws.follow(terms, touching, still, forbidden, self._ended, error)
             if spent is not None and len(following) > 1:
                 following = [
                     s
                     for s in following
                     if s.mode[spent].name != STICKS
-                    or self.laws.margins(terms, s.mode)[spent, 1] > 0
+                    or self.laws.margins(terms, s.mode, s)[spent, 1] > 0
                 ]
             return self._choose(following, t, y)
 
@@ -701,6 +705,10 @@ class Corners:
         pull = np.abs(terms.jacobian) @ np.abs(np.linalg.solve(terms.mass, terms.load))
         usual = float(np.sqrt(self.length * pull.max(initial=0.0)))
         return max(_rounding(terms, v), STILL * usual) + TINY
+
+    def _find_error(self, terms: Terms, v: Array) -> float:
+        """Return the speed below which a row's rate is error of the steps."""
+        return self._error * self.still_speed(terms, v)
 
     def _decide(self, t: float, y: Array, ask: Callable[[], _Answer]) -> _Answer:
         try:

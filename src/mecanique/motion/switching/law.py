@@ -180,13 +180,12 @@ class Laws:
             states.append(state)
         return tuple(states)
 
-    def margins(self, terms: Terms, mode: Mode) -> Array:
+    def margins(self, terms: Terms, mode: Mode, solution: ModeSolution | None) -> Array:
         """Return what each element has left in its state, shape (elements, 2), `list_margins`.
 
         Elements that bear redundant forces together have one margin, that of the best share: what
         sticks does so while a share exists.
         """
-        solution = self.solve(terms, mode)
         forces = None if solution is None else solution.forces
         limits = terms.static, [element.holds for element in self.elements]
         moved = terms.gaps, terms.rates
@@ -212,8 +211,12 @@ class Laws:
         still: float,
         forbidden: frozenset[tuple[int, str]] = frozenset(),
         ended: frozenset[Mode] = frozenset(),
+        error: float = 0.0,
     ) -> list[ModeSolution]:
-        """Return every mode that may follow in a state, by distinct accelerations."""
+        """Return every mode that may follow in a state, by distinct accelerations.
+
+        Speeds are known but for an error [m/s].
+        """
         choices, near, beginning = [], set[int](), set[int]()
         for k, element in enumerate(self.elements):
             states = self.candidates(terms, element, touching[k], still)
@@ -223,7 +226,7 @@ class Laws:
             if np.linalg.norm(terms.rates[list(element.tangents)]) <= still:
                 beginning.add(k)
         drive = accelerate(terms, self.elements)
-        solutions = self._solve_all(terms, choices, drive, near, beginning, 0.0, ended)
+        solutions = self._solve_all(terms, choices, drive, near, beginning, 0.0, ended, error)
         solutions = _prefer_sticking(self, terms, solutions)
         # of shares of the same forces among contacts the one in which all press that can
         rubbing = [row for e in self.elements if e.normal is None for row in e.rows]
@@ -246,6 +249,7 @@ class Laws:
         beginning: Collection[int],
         still: float,
         ended: Collection[Mode] = (),
+        error: float = 0.0,
     ) -> list[ModeSolution]:
         """Return the solutions of all modes whose conditions are met."""
         self._refuse_many(choices)
@@ -255,7 +259,7 @@ class Laws:
             solutions.extend(
                 solution
                 for solution in self._in_space(terms, mode, drive, begin)
-                if self._is_sound(terms, solution, drive, near, beginning, still)
+                if self._is_sound(terms, solution, drive, near, beginning, still, error)
             )
 
         for mode in product(*choices):
@@ -329,20 +333,48 @@ class Laws:
         if len(begin) == 1:
             yield from self._begin_slip(terms, mode, drive, begin[0], around)
             return
-        sticking = tuple(ElementState(STICKS) if k in begin else s for k, s in enumerate(mode))
-        alone = list[list[Mode]]()
-        for k in begin:
-            solutions = list(self._begin_slip(terms, sticking, drive, k, around))
-            if any(solution.redundant for solution in solutions):
-                return  # directions depend on shares, which are not determined
-            alone.append([solution.mode for solution in solutions])
-        for starts in product(*alone):
-            states = list(mode)
-            for k, start in zip(begin, starts, strict=True):
-                states[k] = start[k]
-            solution = self._begin_slips(terms, tuple(states), drive)
+        for start in self._list_starts(terms, mode, drive, begin, around):
+            solution = self._begin_slips(terms, start, drive)
             if solution is not None:
                 yield solution
+
+    def _list_starts(
+        self, terms: Terms, mode: Mode, drive: ModeProblem, begin: Sequence[int], around: Array
+    ) -> Iterator[Mode]:
+        """Yield a mode with directions near those in which several contacts begin to slip.
+
+        Each begins near where it would if the others stuck. If these shared their friction in any
+        way, all begin near where they would without friction.
+        """
+
+        def put(states: Mode, k: int, state: ElementState) -> Mode:
+            return (*states[:k], state, *states[k + 1 :])
+
+        sticking = tuple(ElementState(STICKS) if k in begin else s for k, s in enumerate(mode))
+        somewhere, nowhere = (ElementState(SLIPS, way) for way in ((1.0, 0.0), (0.0, 0.0)))
+        trials = [
+            solve(terms, self.elements, put(sticking, k, somewhere), drive, self.permanent)
+            for k in begin
+        ]
+        if not any(trial is not None and trial.redundant for trial in trials):
+            alone = [list(self._begin_slip(terms, sticking, drive, k, around)) for k in begin]
+            for starts in product(*alone):
+                for k, start in zip(begin, starts, strict=True):
+                    mode = put(mode, k, start.mode[k])
+                yield mode
+            return
+        smooth = tuple(nowhere if k in begin else state for k, state in enumerate(mode))
+        free = solve(terms, self.elements, smooth, drive, self.permanent)
+        if free is None:
+            return
+        gained, rounding = find_gains(terms, free.a, drive)
+        for k in begin:
+            tangents = list(self.elements[k].tangents)
+            slip, size = gained[tangents], np.linalg.norm(gained[tangents])
+            if size <= rounding[tangents].max():
+                return
+            mode = put(mode, k, ElementState(SLIPS, tuple((slip / size).tolist()), True))
+        yield mode
 
     def _begin_slips(self, terms: Terms, mode: Mode, drive: ModeProblem) -> ModeSolution | None:
         """Return the solution next to the directions of slip that begins, each by the others'."""
@@ -396,13 +428,14 @@ class Laws:
         near: Collection[int],
         beginning: Collection[int],
         still: float,
+        error: float,
     ) -> bool:
         """Return whether what a mode presupposes is so."""
         forces = solution.forces
         gained, rounding = find_gains(terms, solution.a, drive, still)
         pull = float(np.abs(forces).max(initial=0.0)) + _typical_force(terms, drive)
         if solution.redundant and (
-            self.find_moved(terms, solution) > SLACK
+            self.shares_decide(terms, solution, error)
             or self._find_spare(terms, solution, drive) < -SLACK * pull
         ):
             return False
@@ -427,14 +460,22 @@ class Laws:
                 return False
         return True
 
-    def find_moved(self, terms: Terms, solution: ModeSolution) -> float:
-        """Return by what part of them accelerations depend on how redundant forces are shared.
+    def shares_decide(self, terms: Terms, solution: ModeSolution, error: float = 0.0) -> bool:
+        """Return whether accelerations depend on how redundant forces are shared.
 
-        They do where contacts share what presses and slip in different directions.
+        They do where contacts share what presses and slip in different directions, each known but
+        for an error of its speed [m/s].
         """
         ways = np.linalg.solve(terms.mass, terms.jacobian.T)
         most = (np.abs(ways) @ np.abs(solution.spread)).max(initial=0.0)
-        return float(np.abs(ways @ solution.spread).max(initial=0.0) / (most + TINY))
+        moved = np.abs(ways @ solution.spread).max(initial=0.0) / (most + TINY)
+        pairs = zip(self.elements, solution.mode, strict=True)
+        slips = [
+            np.linalg.norm(terms.rates[list(element.tangents)])
+            for element, state in pairs
+            if state.name == SLIPS and not state.beginning
+        ]
+        return bool(moved > SLACK + error / (min(slips, default=1.0) + TINY))
 
     def _find_spare(self, terms: Terms, solution: ModeSolution, drive: ModeProblem) -> float:
         """Return the least reserve of normal forces and static friction under the best share.

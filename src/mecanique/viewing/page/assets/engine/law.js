@@ -427,14 +427,45 @@ export class Law {
       yield* this.beginSlip(terms, mode, drive, begin[0], around);
       return;
     }
-    const sticking = mode.map((state) => (isSought(state) ? stand(STICKS) : state));
-    const alone = begin.map((k) => [...this.beginSlip(terms, sticking, drive, k, around)]);
-    for (const starts of choose(alone)) {
-      const states = [...mode];
-      begin.forEach((k, i) => (states[k] = starts[i].mode[k]));
-      const solved = this.solveBegun(terms, states, drive);
+    for (const start of this.listStarts(terms, mode, drive, begin, around)) {
+      const solved = this.solveBegun(terms, start, drive);
       if (solved) yield solved;
     }
+  }
+
+  // A mode with directions near those in which several contacts begin to slip: each where it would
+  // if the others stuck, or if these shared their friction in any way, all where they would without.
+  listStarts(terms, mode, drive, begin, around) {
+    const put = (choice) => mode.map((own, k) => (isSought(own) ? choice(k) : own));
+    const sticking = put(() => stand(STICKS));
+    const isDetermined = (k) =>
+      this.solve(terms, sticking.with(k, stand(SLIPS, [1, 0])), drive) !== null;
+    if (begin.every(isDetermined)) {
+      const alone = begin.map((k) => [...this.beginSlip(terms, sticking, drive, k, around)]);
+      return [...choose(alone)].map((starts) => put((k) => starts[begin.indexOf(k)].mode[k]));
+    }
+    const free = this.solve(
+      terms,
+      put(() => stand(SLIPS, [0, 0])),
+      drive,
+    );
+    if (!free) return [];
+    const [gained, sizes] = this.findGains(terms, drive, free.a);
+    const pointed = put((k) => {
+      const { tangents } = this.elements[k];
+      const slip = tangents.map((row) => gained[row]);
+      const size = Math.hypot(...slip);
+      const isRounding =
+        size <= this.tolerances.SLACK * Math.max(...tangents.map((row) => sizes[row]));
+      return isRounding
+        ? null
+        : stand(
+            SLIPS,
+            slip.map((part) => part / size),
+            true,
+          );
+    });
+    return pointed.includes(null) ? [] : [pointed];
   }
 
   // The solutions in which an element slips in the direction in which slip grows, between two of the
