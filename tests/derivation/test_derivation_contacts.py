@@ -1,6 +1,8 @@
-"""Rows of contacts on a tape: their rates are derivatives of the gap and of the slip."""
+"""Rows of contacts: their rates are derivatives of gap and slip, and none is made of rounding."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 import pytest
@@ -9,7 +11,18 @@ from rolling_samples import ALL
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.loops import loops_of
 from mecanique.derivation.mechanics.recursion import recursion_on_tape
-from mecanique.model import Mechanism
+from mecanique.derivation.symbolic.lagrange import Lagrange
+from mecanique.model import (
+    Body,
+    Coordinates,
+    Mechanism,
+    Placement,
+    Prismatic,
+    Revolute,
+    Rolling,
+    ball,
+    coordinate,
+)
 from mecanique.program.evaluation import evaluate
 from mecanique.program.traced import values_of
 
@@ -48,3 +61,36 @@ def test_rates_of_gaps_and_slips_are_their_derivatives_off_the_contact(
     A = evaluate(letters.tape, slopes, given, STATES).reshape(STATES, len(rows), -1)
     rest = evaluate(letters.tape, drifts, still, STATES)
     np.testing.assert_allclose(slips - rest, (A @ v[..., None])[..., 0], rtol=1e-11, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("moves", "left"), [("axle", []), ("belt", []), ("nothing", ["c_x"])], ids=str
+)
+def test_what_cancels_but_for_rounding_is_no_constraint(moves: str, left: list[str]) -> None:
+    """An axle or a belt moves by 0.7 s + 0.2 s where a wheel of the radius 0.9 s turns by one.
+
+    So slip is 0, as is the gap; in floats they are -1.1e-16, which held the wheel still.
+    """
+    a, b, radius = (part * math.sin(1.0) for part in (0.7, 0.2, 0.9))
+    assert 0 < abs(a + b - radius) < 1e-15
+    theta, sign = coordinate("theta"), {"axle": 1, "belt": -1, "nothing": 0}[moves]
+    slides = (
+        Prismatic("slide", "ground", "first", axis=(1, 0, 0), coordinate="x"),
+        Prismatic("slide_on", "first", "second", axis=(1, 0, 0), coordinate="y"),
+    )
+    axle, under = ("second", "ground") if moves == "axle" else ("ground", "second")
+    legs = Placement((0, 0, a)), Placement((0, 0, b))
+    joints = (
+        *slides,
+        Prismatic("rise", axle, "leg", axis=(0, 0, 1), origin=legs[0], coordinate="z"),
+        Revolute("turn", "leg", "wheel", axis=(0, 1, 0), origin=legs[1], coordinate="theta"),
+    )
+    bodies = (Body("ground"), *map(Body, ("first", "second", "leg")), Body("wheel", ball(0.7, 0.9)))
+    mechanism = Mechanism(
+        "roller",
+        bodies,
+        joints,
+        coordinates=Coordinates(("theta",), {"x": sign * a * theta, "y": sign * b * theta, "z": 0}),
+        contacts=(Rolling("c", "wheel", radius, axis=None, on=under),),
+    )
+    assert [tie.name for tie in Lagrange(mechanism).derivation().ties] == left

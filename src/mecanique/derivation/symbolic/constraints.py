@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import NamedTuple, final
 
 from mecanique.derivation.mechanics.contacts import touch
@@ -96,21 +97,23 @@ def _write_contact(kinematics: Kinematics, contact: Contact) -> Bond:
     ground = replace(kinematics.ground, stretch=stretch, root=root)
     met = touch(algebra.mechanism, contact, ground)
     place, *directions = (lift(ring, vector).tidy() for vector in (met.place, *met.directions))
-    # of the point of contact, or of the hub where ω × ρ is added in each direction by itself
-    hub = kinematics.point(contact.body, contact.seat) if met.arms else place
-    moved = [_velocity(kinematics, contact.body, hub), _velocity(kinematics, contact.on, place)]
+    center = kinematics.point(contact.body, contact.seat)
+    # of the point of contact, or of the center where ω × ρ is added in each direction by itself
+    hub = center if met.arms else place
+    rolls, below = _move(kinematics, contact.body, hub), _move(kinematics, contact.on, place)
+    relative = total(rolls).tidy() - total(below).tidy()
     arms = [lift(ring, arm) for arm in met.arms or ()] or [zero(ring)] * len(directions)
     spin = kinematics.between(kinematics.spin(contact.body), kinematics.carrier(contact.body), -1)
     ties, units = list[Tie](), list[SymbolicWrench]()
     for row, direction, arm in zip(contact.rows, directions, arms, strict=True):
         if isinstance(contact, Rolling) and row == "normal":
             start = kinematics.point(contact.on, contact.plane.xyz)
-            demand = without_rounding(tidy(algebra.lift(met.gap)), [*place, *start])
+            summed = chain(center, place - center, start)
+            demand = without_rounding(tidy(algebra.lift(met.gap)), summed)
             what = "normal force of"
         else:
-            slip = dot(direction, moved[0] - moved[1]) + dot(arm, spin)
-            demand = tidy(slip)
-            demand = without_rounding(demand, [*moved[0], *moved[1]])
+            slip = dot(direction, relative) + dot(arm, spin)
+            demand = without_rounding(tidy(slip), chain(*rolls, *below))
             what = f"friction along {row} of the plane of"
         meaning = f"{what} {call(contact.on)} on {call(contact.body)} at {call(contact.name)} [N]"
         if row == "side":
@@ -155,16 +158,16 @@ def _tie(
     return Tie(name, demand, multiplier, meaning, of_velocities, of_contact=True)
 
 
-def _velocity(kinematics: Kinematics, body: str, place: Vector) -> Vector:
-    """Return the velocity of a body's point at a place in the world, world axes."""
+def _move(kinematics: Kinematics, body: str, place: Vector) -> tuple[Vector, Vector]:
+    """Return a body's velocity at its origin, and what turning adds at a place, world axes."""
     if kinematics.place[body] < 0:
-        return zero(kinematics.algebra.ring)
+        return (zero(kinematics.algebra.ring),) * 2
     carrier = kinematics.carrier(body)
     v, w = (
         kinematics.between(vector, carrier, -1)
         for vector in (kinematics.velocity(body), kinematics.spin(body))
     )
-    return (v + cross(w, place - kinematics.point(body, ORIGIN))).tidy()
+    return v, cross(w, place - kinematics.point(body, ORIGIN))
 
 
 _TURNS: dict[str, dict[str, tuple[tuple[int, int, int], ...]]] = {
