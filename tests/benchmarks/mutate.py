@@ -66,10 +66,9 @@ TEXT = ("derivation/printing", "derivation/document", "derivation/glossary")
 SUITES = [
     *(str(ROOT / "tests" / folder) for folder in (*OWNERS.values(), "rolling", "textbook")),
     *(str(ROOT / "tests" / f"test_{name}.py") for name in ("forces", "potentials")),
-    *(str(ROOT / "tests" / "motion" / f"test_motion_{name}.py") for name in ("loops", "linear")),
     *(
-        str(ROOT / "tests" / "motion" / f"test_motion_{name}_letters.py")
-        for name in ("linear", "speeds")
+        str(ROOT / "tests" / "motion" / f"test_motion_{name}.py")
+        for name in ("loops", "linear", "linear_letters")
     ),
 ]
 """Those of the core, of what is derived and generated, and of motions singular and in letters."""

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import re
+from typing import Any
+
 import numpy as np
 import pytest
+from derivation_reading import value_of_text
 from scipy.spatial.transform import Rotation
 
 import mecanique as mq
 from mecanique.derivation.mechanics.elements import Ground, UnitForce, unit_forces
+from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.model.constraints.elements import Element
+from mecanique.model.states import States
 
 r, R, ANGLE = 0.3, 0.1, 0.35
 SEAT = mq.Placement((0.2, 0.1, 0.4), (0.5, -0.3, 0.8))
@@ -167,3 +173,59 @@ def test_a_loop_acts_along_its_rows_at_its_end_in_b(kind: str) -> None:
             np.testing.assert_allclose(unit.force, sign * force, rtol=0, atol=1e-15)
             np.testing.assert_allclose(unit.moment, sign * moment, rtol=0, atol=1e-15)
     assert len(units) == 2 * len(rows)
+
+
+J, K, ROTORS = 0.4, 0.15, (0.05, 0.02)
+"""Inertia of two wheels and of the rotors in their bearings."""
+
+
+def geared(element: mq.Gear | mq.Belt, place: mq.Placement, ratio: float, torque: float) -> Any:
+    """Return the wheels a, driven, and b, at a place, which turns by a ratio."""
+    axles = [
+        mq.Revolute(name, "ground", body, axis=(0, 1, 0), origin=at, coordinate=q, armature=rotor)
+        for name, body, at, q, rotor in (
+            ("A", "a", mq.Placement(), "turn", ROTORS[0]),
+            ("B", "b", place, "other", ROTORS[1]),
+        )
+    ]
+    wheels = [
+        mq.Body(name, mq.Shape(2.0, (0, 0, 0), (inertia, inertia, inertia, 0, 0, 0)))
+        for name, inertia in (("a", J), ("b", K))
+    ]
+    return mq.Mechanism(
+        "wheels",
+        (mq.Body("ground"), *wheels),
+        tuple(axles),
+        forces=(mq.JointForce("motor", "A", torque),),
+        elements=(element,),
+        coordinates=mq.Coordinates(("turn",), {"other": ratio * mq.coordinate("turn")}),
+        gravity=(0, 0, -9.81),
+    )
+
+
+@pytest.mark.parametrize("torque", [3.0, -3.0])
+def test_teeth_part_their_wheels_whichever_way_they_push(torque: float) -> None:
+    """The bearing of b holds it against tan(angle) times the force that turns it and its rotor."""
+    gear = mq.Gear("mesh", "A", "B", r, other_radius=R, pressure_angle=ANGLE)
+    wheels = geared(gear, mq.Placement((r + R, 0, 0)), -r / R, torque)
+    # a turns from z to x, and so pushes b down
+    turned = torque / (J + ROTORS[0] + (K + ROTORS[1]) * (r / R) ** 2)
+    along = -(K + ROTORS[1]) * turned * r / R**2
+    held = Balances(wheels).reactions(States.of(wheels, [0.3], [1.7]))
+    for joint, away in (("A", 1), ("B", -1)):
+        expected = [away * abs(along) * np.tan(ANGLE), 0, 2.0 * 9.81 + away * along]
+        np.testing.assert_allclose(held[joint].force[0], expected, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(held[joint].moment[0, ::2], 0, rtol=0, atol=1e-12)
+
+
+def test_a_belt_pulls_by_its_preload_and_what_turns_the_wheel_that_it_drives() -> None:
+    """Half of the difference more on one side, half less on the other."""
+    belt = mq.Belt("belt", (mq.Pulley("a", r), mq.Pulley("b", R)), preload=50.0, normal=(0, -1, 0))
+    drive = geared(belt, mq.Placement((0.7, 0, 0.2)), r / R, 3.0)
+    half = (K + ROTORS[1]) * (r / R) / (2 * R)
+    steps = mq.derive(drive, "newton_euler").text(steps=True)
+    (first,), (second,) = (re.findall(rf"T_belt_{k} = (.*turn''.*)", steps) for k in (1, 2))
+    for turned in (0.0, 2.0):
+        values = {"turn''": turned}
+        assert value_of_text(first, values) == pytest.approx(50.0 + half * turned, rel=1e-12)
+        assert value_of_text(second, values) == pytest.approx(50.0 - half * turned, rel=1e-12)

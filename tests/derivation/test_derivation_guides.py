@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -53,3 +54,22 @@ def test_torques_given_with_a_state_act_as_drives_do(name: str, method: str) -> 
     for joint, (force, moment) in given.reactions(q, v, tau=tau).items():
         np.testing.assert_allclose(force, expected[joint].force, rtol=0, atol=1e-11)
         np.testing.assert_allclose(moment, expected[joint].moment, rtol=0, atol=1e-11)
+
+
+def test_what_guides_coordinates_does_no_work() -> None:
+    """Of x = 2 s and z = s²: 2 S_x + 2 s S_z = 0, by the derivatives of both."""
+    s = mq.coordinate("s")
+    slides = (
+        mq.Prismatic("slide", "ground", "a", axis=(1, 0, 0), coordinate="x"),
+        mq.Prismatic("rise", "ground", "b", axis=(0, 0, 1), coordinate="z"),
+    )
+    bodies = mq.Body("ground"), *(mq.Body(name, mq.particle(1.3)) for name in "ab")
+    guided = mq.Coordinates(("s",), {"x": 2 * s, "z": s**2})
+    text = mq.derive(mq.Mechanism("pair", bodies, slides, coordinates=guided), "newton_euler").text(
+        steps=True
+    )
+    (step,) = re.findall(r"Guided coordinates\n(.*?)\n\n", text, re.DOTALL)
+    assert step.strip().startswith("The joint coordinates x, z follow the generalized coordinates.")
+    assert step.splitlines()[-1].strip() == "2 S_slide_x + 2 s S_rise_z = 0"
+    free = mq.derive(mq.Mechanism("pair", bodies, slides), "newton_euler").text(steps=True)
+    assert "Guided coordinates" not in free

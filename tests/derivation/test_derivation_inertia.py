@@ -13,6 +13,8 @@ import mecanique as mq
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.numeric.virtual_work import NumericVirtualWork
+from mecanique.derivation.symbolic.forces import stored_in_loads
+from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.model.bodies.shapes import HOMOGENEOUS
 from mecanique.model.force_base import Point
 from mecanique.model.states import States
@@ -297,3 +299,55 @@ def test_generalized_forces_are_of_loads_alone() -> None:
         assert [str(r) for step in steps if step.title == "Dissipation" for r in step.results] == [
             "D = 0.25 q'^2"
         ]
+
+
+def test_the_energy_of_a_body_that_slides_and_turns_is_that_of_its_center_and_of_squares() -> None:
+    """T = m v²/2 + Σ I w²/2 by its principal moments (König), if its frame is in its center."""
+    letters = zip("ABC", (1, 2, 2.5), strict=True)
+    moments = [mq.Parameter(name, value, "kg·m²") for name, value in letters]
+    m = mq.Parameter("m", 3.0, "kg")
+    for aside in (0.0, 0.2):
+        stone = mq.Body("stone", mq.Shape(m, (0, aside, 0), (*moments, 0, 0, 0)))
+        lagrange = Lagrange(
+            mq.Mechanism(
+                "stone",
+                (mq.Body("ground"), mq.Body("lift"), stone),
+                (
+                    mq.Prismatic("rise", "ground", "lift", axis=(0, 0, 1), coordinate="z"),
+                    mq.Universal("ball", "lift", "stone", names=("p", "q")),
+                ),
+                parameters=(*moments, m),
+            )
+        )
+        squares, ring = lagrange.squares["stone"], lagrange.algebra.ring
+        if aside:
+            assert squares == ()  # of another point than the center, mixed terms are left
+            continue
+        assert [str(moment) for moment, _ in squares] == ["A", "B", "C"]
+        halves = [moment * w * w / 2 for moment, w in squares]
+        assert ring.sum([*halves, ring["m"] * ring["z'"] ** 2 / 2]) == lagrange.T
+
+
+@pytest.mark.parametrize(
+    ("load", "potential"),
+    [
+        (mq.Force("pull", "block", (0, 0, 0), (-4 * mq.coordinate("x"), 0, 5)), "2*x^2"),
+        (mq.JointForce("cubic", "slide", -3 * mq.coordinate("x") ** 3), "3/4*x^4"),
+        (mq.JointForce("drag", "slide", -3 * mq.velocity("x")), None),
+    ],
+    ids=lambda x: getattr(x, "name", ""),
+)
+def test_loads_store_what_their_virtual_work_takes(load: mq.AnyForce, potential: str) -> None:
+    """Beside a spring, which is known to store energy, and a load that stores nothing."""
+    spring = mq.JointSpring("spring", "slide", 5.0)
+    motor = mq.JointForce("motor", "slide", mq.sin(mq.time()) * mq.velocity("x"))
+    mechanism = mq.Mechanism(
+        "block",
+        (mq.Body("ground"), mq.Body("block", mq.particle(1.0))),
+        (mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
+        forces=(spring, motor, load),
+    )
+    stored = stored_in_loads(mechanism)
+    assert {name: str(series) for name, series in stored.items()} == (
+        {load.name: potential} if potential else {}
+    )

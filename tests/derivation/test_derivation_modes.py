@@ -311,6 +311,20 @@ def test_more_modes_than_are_written_out_are_refused() -> None:
         mq.derive_modes(many, only=[{"dry1": "sticks"}])
 
 
+def test_modes_of_single_elements_are_those_in_which_the_others_keep_their_first_state() -> None:
+    """Open where an element may be, otherwise sticking."""
+    block = mq.textbook.load("two_blocks")
+    first, second = (joint.name for joint in block.joints)
+    elements = mq.Stop("wall", first, at=2.0), mq.Friction("dry", second, 0.3, 5.0)
+    modes = mq.derive_modes(replace(block, switching=elements), only="single").modes
+    assert [tuple(mode.states.values()) for mode in modes] == [
+        ("open", "sticks"),
+        ("closed", "sticks"),
+        ("open", "slips +"),
+        ("open", "slips -"),
+    ]
+
+
 def test_constraints_that_hold_in_every_mode_are_refused() -> None:
     linkage = mq.textbook.load("four_bar_linkage")
     dry = mq.Friction("dry", linkage.joints[0].name, 0.1, 1.0)

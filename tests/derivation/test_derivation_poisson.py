@@ -210,6 +210,7 @@ def test_square_roots_of_squares_are_exact() -> None:
     assert sqrt(ring.number(8)) == 2 * sqrt(ring.number(2))
     assert sqrt(ring.number(6)) == sqrt(ring.number(2)) * sqrt(ring.number(3))
     assert sqrt(ring.number(20_014)) == sqrt(ring.number(2)) * sqrt(ring.number(10_007))
+    assert sqrt(ring.number(10_007**2)) == 10_007
     assert sqrt(k) ** 2 == k
     assert 1 / sqrt(ring.number(3)) == sqrt(ring.number(3)) / 3
     assert sqrt(k) ** 3 / k == sqrt(k)
@@ -463,6 +464,8 @@ def test_a_root_of_coefficients_beyond_all_floats_has_a_value(bits: int) -> None
     assert root**2 == square
     value = math.sqrt(far * 4 + near)
     assert evaluate(root, {"x": 2.0}) == pytest.approx(value, rel=1e-14)
+    # a power of four stands outside, so that no other root does
+    assert len({atom.function for atom in ring.atoms.values()}) == len(ring.atoms) == 1
     assert sqrt((far * x + 1) ** 2) == far * x + 1
     assert sqrt(far**2 * x**2 + 1) ** 2 == far**2 * x**2 + 1
 

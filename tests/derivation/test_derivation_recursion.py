@@ -12,10 +12,24 @@ from systems import FREE
 
 from mecanique import textbook
 from mecanique.derivation.mechanics import vectors
+from mecanique.derivation.mechanics.letters import Letters
+from mecanique.derivation.mechanics.recursion import recursion_on_tape
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
+from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.errors import DerivationError
-from mecanique.model import Body, JointSpring, Mechanism, Prismatic, Revolute, Spring, box
+from mecanique.model import (
+    Body,
+    Coordinates,
+    Input,
+    JointSpring,
+    Mechanism,
+    Prismatic,
+    Revolute,
+    Spring,
+    box,
+    coordinate,
+)
 from mecanique.model.joints import Floating, Spherical
 from mecanique.model.placement import Placement
 from mecanique.model.placement import rpy_rotation as rotation_by_angles
@@ -165,6 +179,42 @@ def test_gravity_may_be_varied_as_a_whole_or_state_by_state() -> None:
         np.testing.assert_allclose(
             Recursion(mechanism).vary(gravity=gravity).bias(some), expected, rtol=1e-14, atol=0
         )
+
+
+@pytest.mark.parametrize("name", ["driven", "everything"])
+def test_torques_that_are_given_do_their_virtual_work(name: str) -> None:
+    """On coordinates that are no joint's, by the least torques in the joints that do the same."""
+    mechanism, free = sample(name), states(sample(name), 4)
+    tau = np.random.default_rng(5).normal(size=(4, mechanism.nv))
+    loaded = States.of(mechanism, free.q, free.v, free.t, tau=tau)
+    for method in (Recursion(mechanism), Balances(mechanism)):
+        pushed = method.forces(loaded) - method.forces(free)
+        np.testing.assert_allclose(pushed, tau, rtol=0, atol=1e-11)
+    recursion = Recursion(mechanism)
+    chart = recursion.place(loaded).chart
+    in_joints = recursion.efforts_in_joints(loaded, chart)
+    assert in_joints is not None
+    if name == "driven":
+        G = np.moveaxis(np.broadcast_to(chart.G, (*np.shape(chart.G)[:2], 4)), -1, 0)
+        for rates, push in zip(G, in_joints.T, strict=True):
+            least = rates @ np.linalg.lstsq(rates, push, rcond=None)[0]
+            np.testing.assert_allclose(least, push, rtol=0, atol=1e-12)
+
+
+def test_an_input_without_known_rates_drives_no_coordinate_on_a_tape() -> None:
+    """An expression in t does, a function of Python does not."""
+    wave = Input("u", lambda t: float(np.sin(t)))
+    driven = Coordinates((), {"x": coordinate("u")})
+    mechanism = Mechanism(
+        "shaker",
+        (Body("ground"), Body("table", box(1.0, (1, 1, 1)))),
+        (Prismatic("slide", "ground", "table", axis=(1, 0, 0), coordinate="x"),),
+        inputs=(wave,),
+        coordinates=driven,
+    )
+    message = "the map of coordinate 'x' depends on input 'u', whose rates are not known"
+    with pytest.raises(DerivationError, match=message):
+        recursion_on_tape(Letters(mechanism))
 
 
 @pytest.mark.parametrize("joint", [Revolute, Prismatic])

@@ -190,7 +190,9 @@ def test_a_pendulum_off_its_own_axes_has_no_normal_and_tangent_along_them(
 
     assert swing(pin, center) is None
     upright = replace(pin, axis=(0.0, 1.0, 0.0))
-    assert swing(upright, (0.0, 0.0, -1.0)) == (upright, (0.0, 0.0, -1.0), (-1.0, 0.0, 0.0))
+    # where along its axis the pin stands does not matter
+    for aside in (0.0, 0.4, -0.9):
+        assert swing(upright, (0.0, aside, -1.3)) == (upright, (0.0, 0.0, -1.0), (-1.0, 0.0, 0.0))
 
 
 def test_a_particle_has_no_angular_velocity_to_be_listed() -> None:

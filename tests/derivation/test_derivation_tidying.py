@@ -46,6 +46,8 @@ def test_a_division_keeps_its_coefficients_as_small_as_they_are() -> None:
     started = time.process_time()
     assert divide_exactly(quotient * divisor, divisor) == quotient
     assert divide_exactly(quotient * divisor + a, divisor) is None
+    share = Fraction(6, 35)  # which all coefficients of the divisor have
+    assert divide_exactly(quotient * divisor, share * divisor) == quotient / share
     assert time.process_time() - started < 2.0  # 0.01 s; by pseudo-division over 100 s
 
 

@@ -323,3 +323,14 @@ def test_rates_of_rows_count_what_time_moves(kind: str) -> None:
     moved = (at(h).residual - at(-h).residual) / (2 * h)
     np.testing.assert_allclose(here.rates, moved, rtol=0, atol=1e-9)
     assert np.abs(here.rates - (here.jacobian @ v)).max() > 0.1
+
+
+@pytest.mark.parametrize("kind", ["hinge", "pin", "plate", "weld", "ball"])
+def test_what_joints_keep_by_themselves_is_in_no_row_far_from_the_origin(kind: str) -> None:
+    """Rounding grows with the distance, and with it what counts as rounding."""
+    patterns = []
+    for distance in (0.0, 1e5):
+        mechanism = linkage(kind, (0.3, 0.2, 0.1), (distance, -distance, 0.6 * distance))
+        states = States.of(mechanism, [1.0, -0.5, 1.5, -1.0][: mechanism.nq])
+        patterns.append(Held(mechanism).at(states).jacobian != 0)
+    np.testing.assert_array_equal(*patterns)

@@ -9,6 +9,7 @@ import pytest
 from systems import derive_system
 
 import mecanique as mq
+from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Left, Stage
@@ -70,14 +71,22 @@ def test_the_listed_values_add_up_to_the_kinetic_energy(name: str) -> None:
     check_kinetic_energy(derive_system(name))
 
 
-def test_products_of_inertia_add_to_the_kinetic_energy() -> None:
+def tilted() -> mq.Mechanism:
+    """Return a plate with products of inertia on an arm that turns about z."""
     shape = mq.Shape(2.0, (0.0, 0.2, 0.0), (0.3, 0.4, 0.5, 0.1, 0.05, 0.02), ())
     bodies = (mq.Body("ground"), mq.Body("arm"), mq.Body("plate", shape))
     hinges = (
         mq.Revolute("a", "ground", "arm", axis=(0.0, 0.0, 1.0), coordinate="a"),
         mq.Revolute("b", "arm", "plate", axis=(1.0, 0.0, 0.0), coordinate="b"),
     )
-    equations = mq.derive(mq.Mechanism("tilted", bodies, hinges))
+    return mq.Mechanism("tilted", bodies, hinges)
+
+
+TILTED = tilted()
+
+
+def test_products_of_inertia_add_to_the_kinetic_energy() -> None:
+    equations = mq.derive(TILTED)
     check_kinetic_energy(equations)
     said = stages_of(equations)["Kinetic energy"].explanation
     assert "plus its products of inertia, each times the angular velocities about both" in said
@@ -113,6 +122,17 @@ def test_the_kinetic_energy_is_said_to_be_of_what_there_is() -> None:
     )
 
 
+def test_axes_that_turn_by_themselves_are_listed_with_their_rate() -> None:
+    """Of a plate on an arm that turns about z: Ω = b' along x, a' sin b and a' cos b across it."""
+    equations = mq.derive(TILTED, NEWTON_EULER)
+    known = listed(stages_of(equations)["Free body plate: forces"])
+    ring = equations.derivation.algebra.ring
+    rates = {axis: str(known[f"Omega_plate_{axis}"]) for axis in "xyz"}
+    turn = {"x": ring["b'"], "y": sin(ring["b"]) * ring["a'"], "z": cos(ring["b"]) * ring["a'"]}
+    assert rates == {axis: str(rate) for axis, rate in turn.items()}
+    check_rate_of_momentum(equations, "plate", "plate")
+
+
 @pytest.mark.parametrize(
     ("name", "body", "axes"),
     [
@@ -125,8 +145,11 @@ def test_the_kinetic_energy_is_said_to_be_of_what_there_is() -> None:
 def test_the_rate_of_the_angular_momentum_follows_from_what_is_listed(
     name: str, body: str, axes: str
 ) -> None:
+    check_rate_of_momentum(derive_system(name, NEWTON_EULER), body, axes)
+
+
+def check_rate_of_momentum(equations: mq.Equations, body: str, axes: str) -> None:
     """In axes that turn the rate of a vector is that of its components and Ω × the vector."""
-    equations = derive_system(name, NEWTON_EULER)
     stages, zero = stages_of(equations), equations.derivation.algebra.ring.number(0)
     stage = stages[f"Free body {body}: moments"]
     assert stage.explanation.endswith("components plus the cross product of Ω and the vector.")

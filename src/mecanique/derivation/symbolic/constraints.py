@@ -97,10 +97,10 @@ def _write_contact(kinematics: Kinematics, contact: Contact) -> Bond:
     ground = replace(kinematics.ground, stretch=stretch, root=root)
     met = touch(algebra.mechanism, contact, ground)
     place, *directions = (lift(ring, vector).tidy() for vector in (met.place, *met.directions))
-    center = kinematics.point(contact.body, contact.seat)
-    # of the point of contact, or of the center where ω × ρ is added in each direction by itself
-    hub = center if met.arms else place
-    rolls, below = _move(kinematics, contact.body, hub), _move(kinematics, contact.on, place)
+    hub = kinematics.point(contact.body, contact.seat)
+    # of the point of contact, or of the hub where ω × ρ is added in each direction by itself
+    rolls = _move(kinematics, contact.body, hub if met.arms else place)
+    below = _move(kinematics, contact.on, place)
     relative = total(rolls).tidy() - total(below).tidy()
     arms = [lift(ring, arm) for arm in met.arms or ()] or [zero(ring)] * len(directions)
     spin = kinematics.between(kinematics.spin(contact.body), kinematics.carrier(contact.body), -1)
@@ -108,7 +108,7 @@ def _write_contact(kinematics: Kinematics, contact: Contact) -> Bond:
     for row, direction, arm in zip(contact.rows, directions, arms, strict=True):
         if isinstance(contact, Rolling) and row == "normal":
             start = kinematics.point(contact.on, contact.plane.xyz)
-            summed = chain(center, place - center, start)
+            summed = chain(hub, place - hub, start)
             demand = without_rounding(tidy(algebra.lift(met.gap)), summed)
             what = "normal force of"
         else:

@@ -149,7 +149,7 @@ class NewtonEuler:
     def _list_turning(self, cut: Cut, kind: str, *vectors: Vector) -> list[Result]:
         """Return the angular velocity Ω of a body's axes if Ω × a vector in them is not zero."""
         axes, whose = cut.axes, cut.axes.whose[kind]
-        if whose == "the world" or not vectors:
+        if whose == "the world":
             return []
         # of the axes of forces and of moments in a plane, the latter include its normal
         rows = axes.turns if kind == "moment" or "" in axes.turn_labels else axes.rows
@@ -211,7 +211,7 @@ class NewtonEuler:
             yield Stage(REACTIONS, " ".join(sentences), tuple(self.balances.closed))
         if self.balances.guides:
             yield Stage("Undetermined reactions", explain_guides(self.balances.guides))
-        if len(self.balances.rates) == len(self.algebra.velocities) or self.balances.guiding.names:
+        if self.balances.guiding.names:
             return
         driven = self.algebra.mechanism.coordinates.driven
         guided = [rate for rate in self.balances.rates if rate.name in driven]
