@@ -303,11 +303,10 @@ def test_generalized_forces_are_of_loads_alone() -> None:
 
 def test_the_energy_of_a_body_that_slides_and_turns_is_that_of_its_center_and_of_squares() -> None:
     """T = m v²/2 + Σ I w²/2 by its principal moments (König), if its frame is in its center."""
-    letters = zip("ABC", (1, 2, 2.5), strict=True)
-    moments = [mq.Parameter(name, value, "kg·m²") for name, value in letters]
+    A, B, C = (mq.Parameter(name, value) for name, value in (("A", 1.0), ("B", 2.0), ("C", 2.5)))
     m = mq.Parameter("m", 3.0, "kg")
     for aside in (0.0, 0.2):
-        stone = mq.Body("stone", mq.Shape(m, (0, aside, 0), (*moments, 0, 0, 0)))
+        stone = mq.Body("stone", mq.Shape(m, (0, aside, 0), (A, B, C, 0, 0, 0)))
         lagrange = Lagrange(
             mq.Mechanism(
                 "stone",
@@ -316,7 +315,7 @@ def test_the_energy_of_a_body_that_slides_and_turns_is_that_of_its_center_and_of
                     mq.Prismatic("rise", "ground", "lift", axis=(0, 0, 1), coordinate="z"),
                     mq.Universal("ball", "lift", "stone", names=("p", "q")),
                 ),
-                parameters=(*moments, m),
+                parameters=(A, B, C, m),
             )
         )
         squares, ring = lagrange.squares["stone"], lagrange.algebra.ring
@@ -351,3 +350,8 @@ def test_loads_store_what_their_virtual_work_takes(load: mq.AnyForce, potential:
     assert {name: str(series) for name, series in stored.items()} == (
         {load.name: potential} if potential else {}
     )
+    # it is part of V, but not of what counts as stored
+    lagrange = Lagrange(mechanism)
+    x = lagrange.algebra.ring["x"]
+    assert lagrange.stored == 5 * x**2 / 2
+    assert lagrange.V - lagrange.stored == lagrange.algebra.ring.sum([*stored.values()])

@@ -752,3 +752,30 @@ def test_a_loop_holds_what_hangs_from_an_inclined_slide() -> None:
         loops=(mq.Loop.pin("end", "bar", (0, 0, -1), "ground", (0, 0, -1)),),
     )
     assert [*solution.find_still(Lagrange(inclined).derivation())] == ["u", "u'"]
+
+
+def test_equations_too_long_to_be_solved_stand_in_the_velocities_that_are_kept() -> None:
+    """Of y' = z x' with drag c y': (m + M z²) x'' + M z z' x' + c z² x' = 0, and z'' = 0."""
+    m, M, c = (mq.Parameter(name, value) for name, value in (("m", 2.0), ("M", 3.0), ("c", 0.7)))
+    axes = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
+    masses = {"x": m, "y": M, "z": m}
+    mechanism = mq.Mechanism(
+        "three",
+        (mq.Body("ground"), *(mq.Body(f"b{q}", mq.particle(masses[q])) for q in axes)),
+        tuple(
+            mq.Prismatic(f"along_{q}", "ground", f"b{q}", axis=axis, coordinate=q)
+            for q, axis in axes.items()
+        ),
+        forces=(mq.JointDamper("drag", "along_y", c),),
+        parameters=(m, M, c),
+        velocity_constraints=(mq.VelocityConstraint("link", {"y": 1, "x": -mq.coordinate("z")}),),
+        gravity=(0, 0, 0),
+    )
+    solved = solution.solve(Lagrange(mechanism).derivation(), longest=0)
+    assert not solved.accelerations
+    assert solved.kept == ("x'", "z'")
+    ring = solved.rows[0].ring
+    z, v, w, a, b = (ring[name] for name in ("z", "x'", "z'", "x''", "z''"))
+    light, heavy, drag = (ring[name] for name in ("m", "M", "c"))
+    row = (light + heavy * z**2) * a + heavy * z * w * v + drag * z**2 * v
+    assert solved.rows == (row, light * b)

@@ -13,10 +13,15 @@ from systems import derive_system
 
 from mecanique import (
     Body,
+    Floating,
     Mechanism,
     Parameter,
+    Planar,
     Prismatic,
     Revolute,
+    Spherical,
+    Universal,
+    ball,
     derive,
     particle,
     rod,
@@ -348,6 +353,36 @@ def test_an_angle_is_told_by_its_body_and_where_it_is_zero(
 ) -> None:
     words = CoordinateWords(textbook.load(system))
     assert {**words.of_joints, **dict(words.sentences())}[name] == f"{said} [rad]"
+
+
+def test_coordinates_and_velocities_of_joints_in_space_are_told_with_their_units() -> None:
+    bodies = tuple(Body(name, ball(1.0, 0.1)) for name in ("stone", "bob", "plate", "shaft"))
+    joints = (
+        Floating("free", "ground", "stone"),
+        Spherical("socket", "ground", "bob"),
+        Planar("floor", "ground", "plate", axis=(0, 0, 1), names=("x", "y", "theta")),
+        Universal("cardan", "plate", "shaft", names=("p", "q")),
+    )
+    said = dict(CoordinateWords(Mechanism("all", (Body("ground"), *bodies), joints)).sentences())
+    for axis in "xyz":
+        assert said[f"free_{axis}"] == f"{axis} coordinate of the stone [m]"
+        of = "velocity of the stone, in its own axes"
+        assert said[f"free_v{axis}"] == f"{axis} component of the {of} [m/s]"
+        assert said[f"free_w{axis}"] == f"{axis} component of the angular {of} [rad/s]"
+        of = "angular velocity of the bob, in its own axes"
+        assert said[f"socket_w{axis}"] == f"{axis} component of the {of} [rad/s]"
+        part = "component of the unit quaternion of the bob"
+        assert said[f"socket_q{axis}"] == f"{axis} {part}"
+    assert said["socket_qw"] == "scalar part of the unit quaternion of the bob"
+    assert [said[name] for name in ("x", "y", "theta")] == [
+        "displacement of the plate along x [m]",
+        "displacement of the plate along y [m]",
+        "rotation of the plate about z [rad]",
+    ]
+    assert [said[name] for name in "pq"] == [
+        f"rotation of the shaft about {axis} of the Cardan joint cardan [rad]"
+        for axis in ("x", "the turned y")
+    ]
 
 
 def test_a_name_that_is_a_word_has_its_article_in_a_sentence() -> None:
