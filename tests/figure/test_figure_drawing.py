@@ -533,6 +533,24 @@ def test_wheelbase_and_trail_are_measured_on_the_ground() -> None:
     np.testing.assert_allclose([z for _, _, z in leaning], 0.0, rtol=0.0, atol=1e-9)
 
 
+def test_a_potential_of_several_joints_is_no_spring_in_each_of_them() -> None:
+    """A spring between two blocks was drawn as one from each of them to the wall."""
+    x, y = mq.coordinate("x"), mq.coordinate("y")
+    between = mq.Potential("between", ("x", "y"), 25.0 * (x - y) ** 2)
+    alone = mq.Potential("alone", "x", 25.0 * x**2)
+    for forces, drawn in (((between,), 0), ((alone,), 1), ((alone, between), 1)):
+        blocks = mq.Mechanism(
+            "blocks",
+            (mq.Body("ground"), *(mq.Body(n, mq.particle(1.0)) for n in ("a", "b"))),
+            tuple(
+                mq.Prismatic(c, "ground", n, axis=(1, 0, 0), coordinate=c)
+                for c, n in (("x", "a"), ("y", "b"))
+            ),
+            forces=forces,
+        )
+        assert figure_text(blocks).count('class="spring"') == drawn
+
+
 def test_a_spring_ends_at_the_dot_of_its_mass() -> None:
     setting = seen("governor")
     marks = figure(setting)

@@ -397,20 +397,17 @@ _NEARLY = 0.8
 def connections(setting: Setting) -> Iterator[Mark]:
     """Yield every spring and damper with its symbol."""
     pairs: dict[tuple[End, End], list[LineLoad]] = {}
-    inside: dict[str, list[JointLoad]] = {}
     for force in setting.mechanism.forces:
         if isinstance(force, LineLoad) and force.kind != "load":
             pairs.setdefault(force.ends, []).append(force)
-        elif isinstance(force, JointLoad) and force.kind != "load":
-            for name in force.joints:
-                inside.setdefault(name, []).append(force)
     for links in pairs.values():
         yield from _between(setting, links)
-    for name, loads in inside.items():
-        joint = setting.mechanism.joint(name)
-        if isinstance(joint, Prismatic):
+    for joint in setting.mechanism.joints:
+        inside = loads_in(setting.mechanism.forces, joint.name)
+        loads = [load for load in inside if load.kind != "load"]
+        if loads and isinstance(joint, Prismatic):
             yield from _in_slide(setting, joint, loads)
-        elif isinstance(joint, Revolute):
+        elif loads and isinstance(joint, Revolute):
             yield from _in_hinge(setting, joint, loads)
 
 

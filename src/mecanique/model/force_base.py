@@ -192,9 +192,9 @@ Example:
 def loads_in(
     forces: Iterable[AnyForce], joint: str, kind: ForceKind | None = None
 ) -> tuple[JointLoad, ...]:
-    """Return the forces that act in a joint."""
+    """Return the forces that act in a joint alone, not those of a potential of several joints."""
     return tuple(
         force
         for force in forces
-        if isinstance(force, JointLoad) and joint in force.joints and kind in (None, force.kind)
+        if isinstance(force, JointLoad) and force.joints == (joint,) and kind in (None, force.kind)
     )
