@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.model.states import explain_defaults
+from mecanique.model.states import States, explain_defaults
 
 RODS = mq.textbook.load("double_pendulum")
 GIVEN = {"q1": 0.4}
@@ -111,3 +111,11 @@ def test_coefficients_are_lengths_where_friction_of_a_named_force_may_turn() -> 
     assert (units[1]["mu"], units[1]["mu static"]) == (("1", "m"), ("1", "m"))
     assert units[0]["load"] == ("N", "N·m")
     assert units[0]["speed"] == units[1]["speed"] == ("m/s", "rad/s")
+
+
+def test_a_torque_on_a_screw_by_its_name_is_the_moment_about_its_axis() -> None:
+    press = mq.textbook.load("screw_press")
+    efforts = States.of(press, [0.1], tau={"thread": 2.0, "bearing": -3.0}).efforts
+    assert efforts is not None
+    assert efforts.names == ("theta'", "theta_travel'", "slip'")
+    assert efforts.values.tolist() == [[2.0, 0.0, -3.0]]

@@ -275,9 +275,10 @@ def test_rows_of_rounding_are_not_scaled_up() -> None:
 def test_a_massless_velocity_is_measured_by_the_lightest_one_it_meets_in_a_loop() -> None:
     diagonal = np.array([0.0, 9.0, 4.0, 1.0, 0.0])
     J = np.array([[1.0, 1.0, 0.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0, 0.0]])
-    plain = np.array([6.0, 1.0, 1.0, 1.0, 5.0])
+    # in plain units 2.25, 36 and 1.44
+    plain = np.array([6.0, 0.5, 3.0, 1.2, 5.0])
     np.testing.assert_allclose(
-        _weigh(diagonal, J, plain), [2 / 6, 3.0, 2.0, 1.0, 1 / 5], rtol=1e-14, atol=0
+        _weigh(diagonal, J, plain), [1.5 / 6, 3.0, 2.0, 1.0, 1.2 / 5], rtol=1e-14, atol=0
     )
     np.testing.assert_allclose(
         _weigh(np.array([4.0]), J[:, :1], np.array([7.0])), [2.0], rtol=1e-14, atol=0

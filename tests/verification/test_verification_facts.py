@@ -31,7 +31,7 @@ from mecanique.textbook.facts import (
     Steady,
     Values,
 )
-from mecanique.verification.facts import FactRow, _frequencies, _period, check_facts
+from mecanique.verification.facts import FactRow, _frequencies, _margin, _period, check_facts
 
 TRUE: dict[str, Fact] = {
     "Frequencies": Frequencies("", lambda s: [math.sqrt(1.5 * s.g / s.l)]),
@@ -112,6 +112,20 @@ def test_a_quantity_that_drifts_is_off_by_the_same_part_in_any_unit() -> None:
     assert 1e-4 < rows[0].residual < 0.1
     for row in rows[1:]:
         assert row.residual == pytest.approx(rows[0].residual, rel=1e-9)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_the_margin_of_a_periodic_motion_is_that_of_its_multipliers(n: int) -> None:
+    """Π (μ − 1) over the multipliers μ, the eigenvalues of what becomes of small deviations."""
+    turn = np.random.default_rng(n).normal(size=(2 * n, 2 * n))
+    bench: Any = SimpleNamespace(
+        constants={},
+        state=lambda at: (np.zeros(n), np.zeros(n)),
+        flow=lambda q, v, times: np.array([turn @ [*q, *v] * time / 0.7 for time in times]),
+    )
+    fact = StabilityLimit("", "g", lambda s: 1.0, stable="above", period=lambda s: 0.7)
+    expected = np.prod(np.linalg.eigvals(turn) - 1)
+    assert _margin(bench, fact) == pytest.approx(expected.real, rel=1e-6)
 
 
 def test_two_periods_are_not_the_period() -> None:
