@@ -130,11 +130,10 @@ def test_gaps_and_slips_are_those_of_geometry(rolling: Rolling) -> None:
     """Φ is the height of the lowest point over the plane, J v its velocity against the plane's."""
     parts = Body("base", box(3.0, (1, 2, 0.1))), Body("body", ball(1.0, 0.5))
     joints = Floating("f", "ground", "base"), Floating("g", "ground", "body")
-    closed = Reference(
-        Mechanism("two", (Body("ground"), *parts), joints, contacts=(rolling,))
-    ).closed
+    mechanism = Mechanism("two", (Body("ground"), *parts), joints, contacts=(rolling,))
+    reference, random = Reference(mechanism), np.random.default_rng(5)
+    closed = reference.closed
     assert closed is not None
-    random = np.random.default_rng(5)
     (o, A), (p, B) = (
         (random.normal(size=3), Rotation.random(rng=random)) for _ in ("base", "body")
     )
@@ -165,6 +164,12 @@ def test_gaps_and_slips_are_those_of_geometry(rolling: Rolling) -> None:
     slip = B.apply(v[6:9] + np.cross(v[9:], B.inv().apply(lowest - p)))
     slip -= A.apply(v[:3] + np.cross(v[3:6], A.inv().apply(lowest - o)))
     np.testing.assert_allclose(here.residual, [gap, 0, 0], rtol=1e-13, atol=1e-15)
+    places = reference.contact_points([q, mechanism.normalize(q + 0.1), q])
+    np.testing.assert_allclose(places[rolling.name][[0, 2]], [lowest] * 2, rtol=1e-13, atol=0)
+    if not rolling.bowl:
+        closed.closures.at(q, v, 0.0)
+        (along,) = closed.closures.contacts.feet
+        assert along == pytest.approx(frame[:, 0] @ (lowest - foot), rel=1e-12)
     np.testing.assert_allclose(
         here.jacobian @ v, slip @ frame[:, [2, 0, 1]], rtol=1e-13, atol=1e-14
     )
