@@ -129,6 +129,15 @@ def test_a_hardly_closed_direction_keeps_its_velocity_if_asked_to() -> None:
     # one rank less, and it is free instead
     free = solve(metric, h, J, gamma, most=1)
     np.testing.assert_allclose(free.acceleration, [-3.0, -7.0], rtol=1e-12, atol=0)
+    # so it is if it is rounding, unless it is to keep its velocity
+    rough = NaturalUnits(np.ones(2), np.ones(2), np.zeros(2, dtype=int), lambda: 1e-5)
+    metric = measure(np.eye(2), J, rough)
+    free = solve(metric, h, J, gamma)
+    np.testing.assert_allclose(free.acceleration, [-3.0, -7.0], rtol=1e-12, atol=0)
+    assert free.rank == 1
+    kept = solve(metric, h, J, gamma, most=2, weak=1e-4)
+    np.testing.assert_allclose(kept.acceleration, [-3.0, 0.0], rtol=0, atol=1e-14)
+    assert kept.rank == 2
 
 
 @pytest.mark.parametrize("by_root", [False, True])

@@ -794,8 +794,11 @@ def test_each_kind_of_another_inertia_is_fitted_and_named_with_its_number(
     own = 2.0, np.array([0.1, -0.2, 0.3]), INERTIA
     ours, theirs = (with_body(hull_with_arm(), "arm", *body) for body in (own, change(*own)))
     evidence = evidence_of(ours, told_by(theirs))
-    slopes = [one.slopes for one in placement_changes(evidence)]
-    assert all(each is not None and np.isfinite(each).all() for each in slopes)
+    for one in placement_changes(evidence):
+        assert one.slopes is not None
+        assert np.isfinite(one.slopes).all()
+        (told,) = evidence.change([one.tree])
+        np.testing.assert_allclose(one.answers, told, rtol=1e-10, atol=1e-10)
     moments = (J for one in fit_inertias(evidence) for J in one.tree.moments.values())
     assert all(np.allclose(J, J.T, rtol=0, atol=1e-12) for J in moments)
     fitting = [

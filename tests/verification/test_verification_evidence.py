@@ -826,7 +826,9 @@ def test_other_axes_of_a_joint_are_each_tried_once() -> None:
 
 
 @pytest.mark.parametrize("wrong", [1, 3])
-def test_of_each_way_the_three_joints_that_explain_most_get_a_closer_look(wrong: int) -> None:
+def test_of_each_way_the_three_joints_that_explain_most_get_a_closer_look(
+    wrong: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """One of five joints is shifted by a little along its y: no other explains it as well."""
     bodies, chain, last = [mq.Body("ground")], list[mq.Joint](), "ground"
     random = np.random.default_rng(7)
@@ -867,6 +869,10 @@ def test_of_each_way_the_three_joints_that_explain_most_get_a_closer_look(wrong:
         np.testing.assert_allclose(least, sorted(left)[:3], rtol=1e-3, atol=1e-4 * max(left))
     shifted = by_joint[wrong]["shift y"]
     assert any(family is shifted for family in kept)
+    looked = list[Any]()
+    monkeypatch.setattr(joints, "fit_families", lambda _, of, *__: looked.extend(of) or iter(()))
+    assert list(joints.placement_changes(some)) == []
+    assert [(f.where, f.way) for f in looked] == [(f.where, f.way) for f in kept]
 
 
 @pytest.mark.parametrize("count", [1, 2])

@@ -120,6 +120,7 @@ def test_a_header_states_both_sizes_and_a_library_holds_its_own_parameters(libra
         assert function.name == f"cart_pole_{what}"
         named = ctypes.cast(getattr(loaded, function.name), ctypes.c_void_p)
         assert function.address == named.value
+        assert foreign.address_of(getattr(loaded, function.name)) == function.address
         own = ctypes.c_double.in_dll(loaded, "cart_pole_parameters")
         assert function.parameters == ctypes.addressof(own)
 

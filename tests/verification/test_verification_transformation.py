@@ -50,6 +50,14 @@ def test_the_particle_on_a_circle_by_its_angle_and_by_its_abscissa() -> None:
     assert str(back.jacobian[0][0]) == "-sin(theta)"
 
 
+def test_a_coordinate_may_be_held() -> None:
+    free = textbook.load("free_particle")
+    held = replace(free, name="held", coordinates=Coordinates(("x", "y"), {"z": 0.4}))
+    found = compare_coordinates(free, held, {"z": 0.4}, samples=10)
+    assert found.agrees, str(found)
+    assert found.jacobian == ((1, 0), (0, 1), (0, 0))
+
+
 def test_a_map_that_depends_on_time() -> None:
     """A free particle seen from a lift that moves steadily: the same equations."""
     particle = textbook.load("free_particle")
