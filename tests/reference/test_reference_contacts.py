@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 import mecanique as mq
 from mecanique.errors import EngineError
 from mecanique.model import (
+    Blade,
     Body,
     Floating,
     Mechanism,
@@ -164,7 +165,7 @@ def test_gaps_and_slips_are_those_of_geometry(rolling: Rolling) -> None:
     slip = B.apply(v[6:9] + np.cross(v[9:], B.inv().apply(lowest - p)))
     slip -= A.apply(v[:3] + np.cross(v[3:6], A.inv().apply(lowest - o)))
     np.testing.assert_allclose(here.residual, [gap, 0, 0], rtol=1e-13, atol=1e-15)
-    places = reference.contact_points([q, mechanism.normalize(q + 0.1), q])
+    places = reference.contact_points(np.array([q, mechanism.normalize(q + 0.1), q]))
     np.testing.assert_allclose(places[rolling.name][[0, 2]], [lowest] * 2, rtol=1e-13, atol=0)
     if not rolling.bowl:
         closed.closures.at(q, v, 0.0)
@@ -173,6 +174,25 @@ def test_gaps_and_slips_are_those_of_geometry(rolling: Rolling) -> None:
     np.testing.assert_allclose(
         here.jacobian @ v, slip @ frame[:, [2, 0, 1]], rtol=1e-13, atol=1e-14
     )
+
+
+def test_a_blade_prevents_what_is_sideways_where_it_touches() -> None:
+    blade = Blade("edge", "body", (0.2, 0.3, -0.1), (0.48, -0.6, 0.64), on="base")
+    bodies = Body("ground"), Body("base", ball(1.0, 0.5)), Body("body", ball(1.0, 0.5))
+    joints = Floating("f", "ground", "base"), Floating("g", "ground", "body")
+    reference = Reference(Mechanism("skate", bodies, joints, contacts=(blade,)))
+    assert reference.closed is not None
+    random = np.random.default_rng(6)
+    (o, A), (p, B) = (
+        (random.normal(size=3), Rotation.random(rng=random)) for _ in ("base", "body")
+    )
+    q, v = np.concatenate([o, A.as_quat(), p, B.as_quat()]), random.normal(size=12)
+    place = p + B.apply(blade.point)
+    slip = B.apply(v[6:9] + np.cross(v[9:], B.inv().apply(place - p)))
+    slip -= A.apply(v[:3] + np.cross(v[3:6], A.inv().apply(place - o)))
+    J = reference.closed.closures.at(q, v, 0.0).jacobian
+    np.testing.assert_allclose(J @ v, [slip @ B.apply(blade.side)], rtol=1e-13, atol=0)
+    np.testing.assert_allclose(reference.contact_points(q)["edge"], place, rtol=1e-14, atol=0)
 
 
 @pytest.mark.parametrize("lying", [1e-6, 0.01, 0.4, 1.5])

@@ -127,14 +127,15 @@ def test_teeth_of_bevel_wheels_touch_where_their_pitch_circles_do(sides: tuple[i
     c, s = np.cos(slant), np.sin(slant)
     x, y = sides[0] * SMALL, sides[1] * BIG
     a, b = (y + c * x) / s, (x + c * y) / s
-    line, p = np.array([s, 0, c]), np.array([x, 0, a])
-    second = mq.Placement((b * s, 0, b * c))
+    apex = np.array([0.4, -0.7, 0.2])
+    line, p = np.array([s, 0, c]), apex + np.array([x, 0, a])
+    first, second = (mq.Placement(tuple(apex + at)) for at in (np.array([0, 0, a]), b * line))
     bevel = mq.Gear("mesh", "A", "B", SMALL, other_radius=BIG, pressure_angle=angle)
     mechanism = mq.Mechanism(
         "bevel",
         (mq.Body("ground"), mq.Body("a", mq.ball(1.0, SMALL)), mq.Body("b", mq.ball(2.0, BIG))),
         (
-            mq.Revolute("A", "ground", "a", axis=(0, 0, 1), origin=mq.Placement((0, 0, a))),
+            mq.Revolute("A", "ground", "a", axis=(0, 0, 1), origin=first),
             mq.Revolute("B", "ground", "b", axis=(s, 0, c), origin=second),
         ),
         forces=(mq.JointForce("drive", "A", DRIVE),),
@@ -144,16 +145,20 @@ def test_teeth_of_bevel_wheels_touch_where_their_pitch_circles_do(sides: tuple[i
     reference = mq.Reference(mechanism)
     actions, total = reference.guide_actions([0.3]), dict.fromkeys("ab", np.zeros(3))
     for action in actions:
-        np.testing.assert_allclose(action.point, p, rtol=0, atol=1e-15)
+        np.testing.assert_allclose(action.point, p, rtol=0, atol=1e-14)
         total[action.body] = total[action.body] + action.force
     np.testing.assert_allclose(total["a"], -total["b"], rtol=0, atol=1e-13)
     rate = reference.acceleration([0.3])[0]
     spin = float(mechanism.coordinates.driven["B"].subs({"A": 1.0})) * rate
-    pushed = float(np.cross(p - b * line, total["b"]) @ line)
-    assert pushed == pytest.approx(0.4 * 2.0 * BIG**2 * spin, rel=1e-12)
-    assert total["b"] @ p == pytest.approx(0, abs=1e-14)
+    ray = p - apex
+    pushed = float(np.cross(ray - b * line, total["b"]) @ line)
+    assert pushed == pytest.approx(0.4 * 2.0 * BIG**2 * spin, rel=1e-11)
+    assert total["b"] @ ray == pytest.approx(0, abs=1e-14)
     (force,) = reference.guide_forces([0.3]).values()
-    away = b * line - (b * line @ p) / (p @ p) * p
+    for axle, body in (("A", "a"), ("B", "b")):  # each bears what its wheel is pushed with
+        borne = reference.reactions([0.3])[axle].force
+        np.testing.assert_allclose(borne, -total[body], rtol=0, atol=1e-12)
+    away = b * line - (b * line @ ray) / (ray @ ray) * ray
     parting = total["b"] @ away / np.linalg.norm(away)
     assert parting == pytest.approx(abs(force) * np.sin(angle), rel=1e-12)
 
@@ -250,13 +255,14 @@ def test_forces_of_a_loop_act_along_its_rows_where_it_closes(kind: str) -> None:
     """On b at the origin of its frame, in the axes of a's or along the rod, and back on a."""
     here, there = mq.Placement((0.1, 0.2, 0.3), TILT), mq.Placement((-0.3, 0.1, 0.4), PLACE)
     length = {"length": 0.9} if kind == "distance" else {}
-    loop = mq.Loop("tie", kind, "a", here, "b", there, **length)  # type: ignore[arg-type]  # parametrized
+    loop = mq.Loop("tie", kind, "c", here, "b", there, **length)  # type: ignore[arg-type]  # parametrized
     second = mq.Placement((0.7, 0.3, -0.2), (0.3, 0.6, -0.5))
     mechanism = mq.Mechanism(
         "two",
-        (mq.Body("ground"), *(mq.Body(name, mq.rod(1.0, 0.4)) for name in "ab")),
+        (mq.Body("ground"), *(mq.Body(name, mq.rod(1.0, 0.4)) for name in "abc")),
         (
             mq.Revolute("A", "ground", "a", axis=(0.6, 0, 0.8), origin=mq.Placement(PLACE, TILT)),
+            mq.Fixed("C", "a", "c", origin=mq.Placement(TILT, PLACE)),
             mq.Revolute("B", "ground", "b", axis=(0, 0.8, 0.6), origin=second),
         ),
     )
@@ -264,16 +270,16 @@ def test_forces_of_a_loop_act_along_its_rows_where_it_closes(kind: str) -> None:
     tree = reference._tree
     held = Elements(replace(mechanism, elements=(loop,)), tree.engine, tree.chart, tree.loads.sites)
     tree.move(q, np.zeros(2), 0.0)
-    axes = reference.pose("a", q)[:3, :3] @ Rotation.from_euler("xyz", TILT).as_matrix()
+    axes = reference.pose("c", q)[:3, :3] @ Rotation.from_euler("xyz", TILT).as_matrix()
     start, end = (
         (reference.pose(body, q) @ [*frame.xyz, 1.0])[:3]
-        for body, frame in (("a", here), ("b", there))
+        for body, frame in (("c", here), ("b", there))
     )
     expected = []
     for k, row in enumerate(CLOSED[kind]):
         rod = (end - start) / np.linalg.norm(end - start)
         along = rod if row == "length" else axes[:, "xyz".index(row[-1])]
-        for body, other, sign in (("b", "a", 1.0), ("a", "b", -1.0)):
+        for body, other, sign in (("b", "c", 1.0), ("c", "b", -1.0)):
             parts = np.zeros((2, 3))
             parts[int(row.startswith("r"))] = sign * along
             expected.append((k, body, other, False, [*end, *parts.ravel()]))

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from reference_samples import four_bars
 from scipy.spatial.transform import Rotation
 from sympy import cos, sin
 
@@ -482,6 +483,14 @@ def test_the_branches_of_an_assembly_are_the_open_and_the_crossed_one() -> None:
             joint, rocker + 1.7 * np.array([np.cos(q[2]), np.sin(q[2])]), rtol=0, atol=1e-13
         )
     assert len(assembly_branches(textbook.load("cart_pole"))) == 1
+
+
+def test_each_of_two_linkages_has_two_branches() -> None:
+    pair = four_bars((1.0, 1.0), (0.3, 1.0))
+    found = assembly_branches(pair, {"A0": 1.1, "A1": 0.7}, keep=("A0", "A1"))
+    assert len(found) == 4
+    bent = {tuple(np.sign(np.sin(q[[0, 3]] + q[[1, 4]] - q[[2, 5]])).tolist()) for q in found}
+    assert len(bent) == 4
 
 
 def test_a_loop_that_cannot_be_closed_is_named_with_its_gap() -> None:

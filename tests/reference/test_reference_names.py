@@ -22,8 +22,10 @@ from mecanique.model import (
     particle,
     rod,
 )
+from mecanique.model.placement import pose_of
 from mecanique.motion import simulate, simulate_many
 from mecanique.reference import Reference, assemble
+from mecanique.reference.engine.answers import BodyPoses, Wrench
 from mecanique.textbook import load
 from mecanique.textbook.catalogue import entry
 
@@ -61,6 +63,24 @@ def test_the_center_of_mass_carries_the_momentum(mechanism: Mechanism) -> None:
         assert (later[0] - later[1]) / (2 * h) == pytest.approx(
             center.acceleration, rel=1e-5, abs=1e-5
         )
+
+
+@pytest.mark.parametrize(
+    ("rpy", "expected"),
+    [
+        ((0, 0, 0), ("force y", "moment x", "moment z")),
+        ((0, 0, np.pi / 2), ("force x", "moment y", "moment z")),
+        ((0, 0, 0.4), ("force x", "force y", "moment x", "moment y", "moment z")),
+        ((0.4, 0, 0), ("force y", "force z", "moment x", "moment y", "moment z")),
+    ],
+)
+def test_what_undetermined_components_are_part_of_is_undetermined(
+    rpy: tuple[float, float, float], expected: tuple[str, ...]
+) -> None:
+    poses = {"rod": pose_of(Placement(rpy=rpy))}
+    loose = ("force y", "moment x", "moment z")
+    wrench = Wrench(np.ones(3), np.ones(3), loose, places=BodyPoses(lambda: poses))
+    assert wrench.in_axes("rod").undetermined == expected
 
 
 def test_a_wrench_in_the_axes_of_the_rod() -> None:

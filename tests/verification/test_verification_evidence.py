@@ -773,6 +773,12 @@ def test_each_family_of_a_joint_moves_turns_or_tilts_it_as_it_says() -> None:
         assert f"({', '.join(f'{c:.6g}' for c in turned)})" in found["tilt"].say(x, x)
 
 
+def test_axes_are_reversed_one_by_one_or_together() -> None:
+    readings = joints._readings(evidence(), ["one", "two"])
+    where = [reading.where for reading in readings if reading.kind == "axis sign"]
+    assert where == ["joint 'one'", "joint 'two'", ""]
+
+
 def test_slips_of_every_joint_are_those_of_each_together() -> None:
     """Only where more than one can be made: both joints are displaced, the second alone turned."""
     some = evidence()
@@ -870,7 +876,12 @@ def test_of_each_way_the_three_joints_that_explain_most_get_a_closer_look(
     shifted = by_joint[wrong]["shift y"]
     assert any(family is shifted for family in kept)
     looked = list[Any]()
-    monkeypatch.setattr(joints, "fit_families", lambda _, of, *__: looked.extend(of) or iter(()))
+
+    def look(_: Evidence, families: list[Any], *__: Any) -> list[Hypothesis]:
+        looked.extend(families)
+        return []
+
+    monkeypatch.setattr(joints, "fit_families", look)
     assert list(joints.placement_changes(some)) == []
     assert [(f.where, f.way) for f in looked] == [(f.where, f.way) for f in kept]
 
@@ -911,7 +922,10 @@ def test_what_follows_stands_still_or_goes_the_other_way(count: int) -> None:
     }
     if count > 1:
         expected["no joint follows another (mimic ignored)"] = arm(**dict.fromkeys(laws, 0.0))
-    changes = list(joints.map_changes(evidence_by(ours)))
+    some = evidence_by(ours)
+    # an axis in the map is another mistake
+    assert "axis sign" not in {reading.kind for reading in joints._readings(some, ["lead"])}
+    changes = list(joints.map_changes(some))
     assert {change.text for change in changes} == expected.keys()
     for change in changes:
         told = evidence_by(expected[change.text]).tau
