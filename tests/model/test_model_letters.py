@@ -1,10 +1,12 @@
 """Coordinates are typed by their names, or by the letters that documents and figures print."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.model.mechanism.letters import is_varied
+from mecanique.model.mechanism.letters import is_varied, letters_of_words
 
 COIN = mq.textbook.load("rolling_coin")
 
@@ -53,3 +55,11 @@ def test_a_ride_is_expanded_by_printed_letters() -> None:
 def test_a_variation_is_that_of_a_name() -> None:
     assert all(map(is_varied, ("δq", "δW", "δθ_2")))
     assert not any(map(is_varied, ("δ", "δ1", "δ'", "q", "qδ")))
+
+
+def test_angles_that_are_given_have_letters_and_lengths_have_none() -> None:
+    pendulum = mq.textbook.load("simple_pendulum")
+    given = mq.Parameter("lean", 0.3, "rad"), mq.Parameter("yaw", 0.5, "m")
+    letters = letters_of_words(replace(pendulum, parameters=(*pendulum.parameters, *given)))
+    assert letters["lean"] == "theta"
+    assert "yaw" not in letters

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.model.states import States, explain_defaults
+from mecanique.model.states import States, explain_defaults, seated_velocities
 
 RODS = mq.textbook.load("double_pendulum")
 GIVEN = {"q1": 0.4}
@@ -115,6 +115,7 @@ def test_coefficients_are_lengths_where_friction_of_a_named_force_may_turn() -> 
 
 def test_a_torque_on_a_screw_by_its_name_is_the_moment_about_its_axis() -> None:
     press = mq.textbook.load("screw_press")
+    assert seated_velocities(press) == {"theta'", "slip'"}
     efforts = States.of(press, [0.1], tau={"thread": 2.0, "bearing": -3.0}).efforts
     assert efforts is not None
     assert efforts.names == ("theta'", "theta_travel'", "slip'")

@@ -401,3 +401,15 @@ def test_the_condition_of_a_system_does_not_depend_on_units() -> None:
     scaled = modes._condition(rows[:, :, None] * turns)
     np.testing.assert_allclose(scaled, usual, rtol=1e-9, atol=0)
     assert (modes._condition(rows[:, :, None] * turns * columns[:, None, :]) < 1e3).all()
+
+
+def test_a_mode_that_is_too_long_in_letters_is_compared_in_numbers() -> None:
+    system = SYSTEMS["stop and friction"]
+    bench = modes._Bench(system, random_states(replace(system, switching=()), 5, 0), 1e-9)
+    first, *others = mq.derive_modes(system).modes
+    rows, notes = bench.compare_letters([replace(first, unsolved=("0",)), *others])
+    by_number = bench.compare_numbers([first.states])[0]
+    by_letters, remarks = bench.compare_letters(others)
+    assert by_number
+    assert [str(row) for row in rows] == [str(row) for row in (*by_number, *by_letters)]
+    assert notes == remarks
