@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 from sympy import asin, cos, exp, sin, sqrt, tanh
 
+import mecanique as mq
 from mecanique.model import (
     Body,
     Coordinates,
@@ -271,4 +272,70 @@ def free() -> Mechanism:
         ),
         parameters=(m, J),
         gravity=(0, 0, -9.81),
+    )
+
+
+def linkage(
+    kind: str,
+    rpy: tuple[float, float, float] = (0.3, 0.2, 0.1),
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    scale: float = 1.0,
+    axis: tuple[float, float, float] = (0.0, -1.0, 0.0),
+) -> mq.Mechanism:
+    """Return a four-bar linkage of uniform bars in a tilted plane, closed by a loop."""
+    a, b, c, d = (scale * length for length in (0.5, 1.4, 1.2, 1.3))
+    along = (1.0, 0.0, 0.0)
+    x, y, z = offset
+    bodies = [mq.Body(name) for name in ("ground", "frame")]
+    bodies += [
+        mq.Body("crank", mq.rod(1.0, a, along)),
+        mq.Body("rocker", mq.rod(1.5, c, along)),
+    ]
+    joints: list[mq.Joint] = [
+        mq.Fixed(
+            "tilt", "ground", "frame", origin=mq.Placement((scale * x, scale * y, scale * z), rpy)
+        ),
+        mq.Revolute("A", "frame", "crank", axis=axis, coordinate="phi"),
+        mq.Revolute(
+            "D",
+            "frame",
+            "rocker",
+            axis=axis,
+            origin=mq.Placement((d, 0.0, 0.0)),
+            coordinate="psi",
+        ),
+    ]
+    if kind == "distance":
+        loop = mq.Loop.distance("C", "crank", (a, 0, 0), "rocker", (c, 0, 0), b)
+    else:
+        bodies.append(mq.Body("coupler", mq.rod(2.0, b, along)))
+        tip = mq.Placement((a, 0.0, 0.0))
+        joints.append(
+            mq.Revolute("B", "crank", "coupler", axis=axis, origin=tip, coordinate="theta")
+        )
+        ends = ("coupler", (b, 0.0, 0.0), "rocker", (c, 0.0, 0.0))
+        match kind:
+            case "hinge":
+                loop = mq.Loop.hinge("C", *ends, axis)
+            case "pin":
+                loop = mq.Loop.pin("C", *ends)
+            case "ball":
+                loop = mq.Loop.ball("C", *ends)
+            case _:
+                bodies.append(mq.Body("block", mq.rod(0.3, 0.2 * scale, along)))
+                end = mq.Placement((c, 0.0, 0.0))
+                joints.append(
+                    mq.Revolute("E", "rocker", "block", axis=axis, origin=end, coordinate="chi")
+                )
+                if kind == "plate":
+                    loop = mq.Loop.plate("C", *ends[:2], "block", (0.0, 0.0, 0.0))
+                else:
+                    frames = mq.Placement((b, 0.0, 0.0)), mq.Placement()
+                    loop = mq.Loop.weld("C", "coupler", frames[0], "block", frames[1])
+    return mq.Mechanism(
+        "linkage",
+        tuple(bodies),
+        tuple(joints),
+        loops=(loop,),
+        gravity=(0.0, 0.0, -9.81 * scale),
     )

@@ -22,7 +22,16 @@ from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.derivation.symbolic.result import INTEGRALS
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.errors import DerivationError
-from mecanique.model import Body, Mechanism, Prismatic, particle, time
+from mecanique.model import (
+    Body,
+    Coordinates,
+    Mechanism,
+    Prismatic,
+    Revolute,
+    coordinate,
+    particle,
+    time,
+)
 from mecanique.model.expression import evaluate
 from mecanique.model.states import States
 
@@ -150,3 +159,20 @@ def test_half_moments_times_squares_of_a_body_about_a_fixed_point_are_its_energy
     squares = lagrange.squares[body]
     assert squares
     assert (2 * T - lagrange.algebra.ring.sum([I * w * w for I, w in squares])).vanishes()
+
+
+@pytest.mark.parametrize("ratios", [(0.3, 0.25), (0.25, 0.3), (0.5, 0.75)])
+def test_joints_turn_by_any_ratios_of_one_angle(ratios: tuple[float, float]) -> None:
+    """Of sines and cosines of q/20 for 0.3 q and q/4, in either order."""
+    bobs = [Body(name, particle(1.3).at((0, 0, -0.7))) for name in "ab"]
+    pins = [Revolute(f"pin_{n}", "ground", n, axis=(0, -1, 0), coordinate=n) for n in "ab"]
+    turned = {name: ratio * coordinate("q") for name, ratio in zip("ab", ratios, strict=True)}
+    mechanism = Mechanism(
+        "pair", (Body("ground"), *bobs), (*pins,), coordinates=Coordinates(("q",), turned)
+    )
+    lagrange, at = Lagrange(mechanism), {"q": 0.9, "q'": -1.7}
+    value = Evaluation(lagrange.algebra.ring, at)
+    falls = -1.3 * 9.81 * 0.7 * sum(np.cos(ratio * 0.9) for ratio in ratios)
+    assert value(lagrange.V) == pytest.approx(falls, rel=1e-13)
+    turns = 1.3 * 0.49 / 2 * sum((ratio * 1.7) ** 2 for ratio in ratios)
+    assert value(lagrange.T) == pytest.approx(turns, rel=1e-13)

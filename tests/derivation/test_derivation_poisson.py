@@ -452,13 +452,16 @@ def test_absolute_angles_keep_long_chains_short() -> None:
     assert sum(map(len, E)) == 770
 
 
+@pytest.mark.parametrize(
+    "size", [1, 2**302, Fraction(1, 2**298)], ids=["near one", "large", "small"]
+)
 @pytest.mark.parametrize("bits", [1100, 4100])
-def test_a_root_of_coefficients_beyond_all_floats_has_a_value(bits: int) -> None:
+def test_a_root_of_coefficients_beyond_all_floats_has_a_value(bits: int, size: Fraction) -> None:
     # a spring far out on turned bodies: coefficients of exact floats without a common square
     ring = Ring()
     x = ring.coordinate("x")
-    far = Fraction(3 ** (bits * 7 // 11), 2**bits + 1)
-    near = Fraction(5, 2 ** (bits * 9 // 11) + 1)
+    far = size * Fraction(3 ** (bits * 7 // 11), 2**bits + 1)
+    near = size * Fraction(5, 2 ** (bits * 9 // 11) + 1)
     square = far * x**2 + near
     root = sqrt(square)
     assert root**2 == square

@@ -10,11 +10,12 @@ import pytest
 from click.testing import CliRunner
 from derivation_law import cos, sin
 from derivation_reading import residual, value_of_text
+from derivation_samples import linkage
 
 import mecanique as mq
 from mecanique import textbook
 from mecanique.cli import app
-from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.scalars.evaluation import Evaluation, evaluate
 from mecanique.derivation.scalars.series import Ring
 from mecanique.derivation.symbolic.reduced import _angle_of
 
@@ -47,6 +48,27 @@ def test_slider_crank_as_eksergian_writes_it() -> None:
     assert str(one.equation) == "J theta'' + C theta'^2 + m1 g r cos(theta)/2 = 0"
     _, speeds, rest, forces = one.found.parts
     assert one.found.derivation.h == (speeds + rest + forces,)
+
+
+def test_the_steps_to_one_equation_are_those_of_the_loop_and_its_coefficients() -> None:
+    """Two bars whose tips a massless rod joins: what loops do without forces is not said."""
+    two = linkage("distance", (0.0, 0.0, 0.0))
+    steps = {stage.title: stage for stage in mq.reduce_loops(two, "phi").found.derivation.stages}
+    assert [*steps] == [
+        "Positions and velocities",
+        "Kinetic energy",
+        "Potential energy",
+        "Loops",
+        "Kinematic coefficients",
+        "Derivatives of the coefficients",
+        "Inertia referred to phi",
+    ]
+    assert steps["Loops"].explanation.endswith("it is zero as long as the loop is closed.")
+    phi, psi, (line,) = 0.7, -0.4, steps["Loops"].results
+    tips = np.array([[0.5 * np.cos(phi), 0.5 * np.sin(phi)], [1.3, 0.0]])
+    tips[1] += 1.2 * np.cos(psi), 1.2 * np.sin(psi)
+    stated = evaluate(line.right, {"phi": phi, "psi": psi})
+    assert stated == pytest.approx((np.sum((tips[1] - tips[0]) ** 2) - 1.4**2) / 2, rel=1e-13)
 
 
 def test_what_is_printed_reads_back_and_agrees_with_x_of_theta() -> None:

@@ -537,15 +537,6 @@ class FreeBodies:
                 twists.append(unit)
             elif d.kind == "moment" and component(d.row, needless).vanishes():
                 twists.append(SymbolicWrench(cross(cut.center, row), row))
-        aligned = dict[tuple[str, int], bool]()
-        skew = len(twists)
-        for k, twist in enumerate(twists):
-            for key, unit in units.items():
-                if twist in (unit, -unit):
-                    skew -= 1
-                    aligned.setdefault(key, k < free)
-        if not skew:
-            return aligned
         value = Evaluation(ring, self.algebra.generic)
         with np.errstate(invalid="ignore"):  # what is not defined there is no condition
             rows = [
