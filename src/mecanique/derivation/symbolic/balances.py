@@ -582,8 +582,8 @@ class FreeBodies:
         return cut.axes.along(rest) + self._own[cut.body]
 
     def sum_guides(self) -> list[Result]:
-        """Return the sums of reactions along guided joints, zero for each virtual displacement."""
-        sums = project(self.cuts, self.rates, self.symbols, rotors=False)
+        """Return the sums of reactions and rotors along joints, zero for each displacement."""
+        sums = project(self.cuts, self.rates, self.symbols, rotors=True)
         return [Result(whole, self.algebra.ring.number(0)) for whole in sums if whole]
 
 

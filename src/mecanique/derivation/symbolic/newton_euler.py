@@ -221,7 +221,9 @@ class NewtonEuler:
                 "Guided coordinates",
                 f"The joint coordinates {', '.join(words)} follow the generalized coordinates. "
                 "The forces that guide them do no work in any virtual displacement: the reactions "
-                "along these joints, each times the derivative of its coordinate, sum to zero.",
+                "along these joints, each times the derivative of its coordinate, sum to zero."
+                + " The inertia of rotors counts with them."
+                * any(rate.rotor for rate in guided),
                 tuple(self.balances.sum_guides()),
             )
 
