@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 import mecanique as mq
 from mecanique.derivation.mechanics.elements import Ground, UnitForce, unit_forces
 from mecanique.derivation.numeric.newton_euler import Balances
+from mecanique.derivation.symbolic.balances import _list_meanings
 from mecanique.model.constraints.elements import Element
 from mecanique.model.states import States
 
@@ -229,3 +230,36 @@ def test_a_belt_pulls_by_its_preload_and_what_turns_the_wheel_that_it_drives() -
         values = {"turn''": turned}
         assert value_of_text(first, values) == pytest.approx(50.0 + half * turned, rel=1e-12)
         assert value_of_text(second, values) == pytest.approx(50.0 - half * turned, rel=1e-12)
+
+
+def test_a_tension_is_told_from_the_first_to_the_last_body_that_it_pulls() -> None:
+    """Over an eye it stays the same; a wheel that the cord turns parts it."""
+    over = mq.Pulley("eye", 0.0, grips=False), mq.Pulley("wheel", 0.2)
+    cord = mq.Cord("cord", ("left", (0, 0, 0)), over, ("right", (0, 0, 0)))
+    places = {"left": (-1, 0, -1), "eye": (-1, 0, 0), "wheel": (0, 0, 0), "right": (0.2, 0, -2)}
+    slides = [
+        mq.Prismatic(
+            f"rail_{body}",
+            "ground",
+            body,
+            axis=(0, 0, 1),
+            origin=mq.Placement(places[body]),
+            coordinate=f"z_{body}",
+        )
+        for body in ("left", "right")
+    ]
+    fixed = mq.Fixed("hold", "ground", "eye", origin=mq.Placement(places["eye"]))
+    axle = mq.Revolute("axle", "ground", "wheel", axis=(0, -1, 0), coordinate="turn")
+    lift = {f"z_{body}": side * mq.coordinate("turn") for body, side in (("left", r), ("right", R))}
+    machine = mq.Mechanism(
+        "machine",
+        (mq.Body("ground"), *(mq.Body(body, mq.ball(1.0, 0.1)) for body in places)),
+        (*slides, fixed, axle),
+        coordinates=mq.Coordinates(("turn",), lift),
+        elements=(cord,),
+    )
+    told = dict(_list_meanings(machine, {}))
+    assert told == {
+        "T_cord_1": "tension of the cord from the left to the wheel [N]",
+        "T_cord_2": "tension of the cord from the wheel to the right [N]",
+    }

@@ -24,6 +24,7 @@ from mecanique.derivation.symbolic.multipliers import (
     make_positive,
     solve_multipliers,
     sweep,
+    vanishes_nowhere,
 )
 from mecanique.errors import DerivationError
 
@@ -167,3 +168,19 @@ def test_products_of_measured_numbers_stay_within_what_floats_hold() -> None:
     values = {"x": 2.0, "m": 5.0}
     assert evaluate(second, values) == 1.0
     assert evaluate(first, values) == pytest.approx(float(small / large) * 2.0, rel=1e-12, abs=0)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_what_outweighs_its_waves_vanishes_nowhere(sign: int) -> None:
+    """For positive parameters, each of whose products has a constant of its own."""
+    for sums, nowhere in (
+        (2 * L + L * cos(A), True),
+        (2 * L - L * cos(A) - L * sin(B), False),
+        (2 * L + 3 * L * cos(A), False),
+        (2 * L + M * cos(A), False),
+        (2 * L + M + M * cos(A), True),
+        (L - M, False),
+        (L + X, False),
+        (cos(A) * L, False),
+    ):
+        assert vanishes_nowhere(sign * sums) is nowhere

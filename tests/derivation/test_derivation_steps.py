@@ -16,6 +16,7 @@ from derivation_reading import residual, value_of_text
 
 import mecanique as mq
 from mecanique.derivation.numeric.constraints.rows import Held
+from mecanique.derivation.printing.writers import Text
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.symbolic.symbols import coordinate_of
 from mecanique.model.states import States
@@ -123,10 +124,11 @@ MECHANISMS = (
         hinge("ground", "b1", "q", axis=DOWN),
         hinge("ground", "b2", "theta", axis=DOWN, origin=mq.Placement((0.5, 0, 0.3))),
         loops=(mq.Loop.distance("rod", "b1", (0, 0, -0.6), "b2", (0.1, 0, -0.4), ROD),),
-        gravity=(0, 0, 0),
+        forces=(mq.JointDamper("grease", "pin_theta", 0.4),),
+        gravity=(0, 0, -9.81),
     ),
     build(
-        "four bars",
+        "slider",
         hinge("ground", "b1", "q", axis=DOWN),
         slide("ground", "b2", "x", axis=(1, 0, 0)),
         loops=(mq.Loop.pin("pin", "b1", (0, 0, -0.6), "b2", (0.1, 0, 0)),),
@@ -244,5 +246,43 @@ def test_all_lines_of_a_derivation_are_true_of_a_motion(name: str, method: str) 
     off = slopes @ solved + rest
     for line, error in zip(waiting, off, strict=True):
         assert error == pytest.approx(0, abs=1e-10), line
+    if name == "rod":  # what an equation lists as Q beside its inertia is the rest of it
+        moved = values["J_"] * a[0] + values["C"] * states.v[0, 0] ** 2
+        assert values["Q_q"] == pytest.approx(moved, rel=1e-11)
     works = [values.get(f"δW_{q}", 0.0) for q in coordinates]
     assert sum(works) == pytest.approx(0, abs=1e-10)
+
+
+def test_steps_say_what_there_is() -> None:
+    def said(name: str, method: str) -> dict[str, str]:
+        return {step.title: step.explanation for step in mq.derive(SAMPLES[name], method).steps}
+
+    summed = "Sum of the virtual work"
+    assert said("guided", "virtual_work")[summed].endswith(
+        "As δs is arbitrary, its coefficient is zero."
+    )
+    assert said("cart and arm", "virtual_work")[summed].endswith(
+        "As δx and δtheta are arbitrary, each coefficient is zero."
+    )
+    assert "the constraint forces between bodies do none" in said("blade", "virtual_work")[summed]
+    ball = said("ball", "lagrange")
+    for axis in "xyz":
+        assert ball[f"Operator for socket_w{axis}"].startswith(
+            f"The operator for socket_w{axis}, which is not the rate of a coordinate:"
+        )
+    arm = said("cart and arm", "lagrange")
+    assert arm["Operator for theta"].startswith("Lagrange's operator takes the momentum")
+
+
+@pytest.mark.parametrize(
+    ("name", "listed"),
+    [
+        ("led in time", ["T"]),
+        ("blade", ["T"]),
+        ("rotors", ["T_b1", "T_b2", "T_rail_x", "T_pin_theta", "T"]),
+    ],
+)
+def test_the_kinetic_energy_of_a_single_body_is_listed_once(name: str, listed: list[str]) -> None:
+    steps = {step.title: step for step in mq.derive(SAMPLES[name]).steps}
+    lines = [line.write(Text()).partition(" = ")[0] for line in steps["Kinetic energy"].results]
+    assert lines == listed
