@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from systems import derive_system
 
 import mecanique as mq
 from mecanique.derivation.numeric.constraints.redundancy import find_redundancy
+from mecanique.derivation.symbolic import multipliers
 
 START = {name: mq.textbook.entry(name).start for name in ("governor", "bricard_linkage")}
 
@@ -56,3 +59,47 @@ def test_the_steps_name_them() -> None:
     work = derive_system("two_wheeled_cart", method="virtual_work").text(steps=True)
     assert "nothing more.\n" in work  # no force appears in it
     assert "Redundant" not in derive_system("four_bar_linkage").text(steps=True)
+
+
+@pytest.mark.parametrize("of_work", [False, True])
+@pytest.mark.parametrize(
+    ("rows", "shared", "said"),
+    [
+        ((), (), ()),
+        (
+            ("a: x",),
+            ("b: y",),
+            ("a: x follows from", "it restrains", "The force of b: y is undetermined."),
+        ),
+        (
+            ("a: x", "b: y", "c: rz"),
+            ("b: y", "a: x"),
+            (
+                "a: x and b: y follow from",
+                "they restrain",
+                "The forces of b: y and a: x are undetermined individually;",
+            ),
+        ),
+    ],
+    ids=["none", "one", "two"],
+)
+def test_redundant_rows_are_told_alone_or_together(
+    monkeypatch: pytest.MonkeyPatch,
+    rows: tuple[str, ...],
+    shared: tuple[str, ...],
+    said: tuple[str, ...],
+    *,
+    of_work: bool,
+) -> None:
+    """Of rows that have an equation, which c: rz has not; in virtual work no force appears."""
+    monkeypatch.setattr(multipliers, "find_redundancy", lambda _: (rows, shared))
+    ties: Any = [SimpleNamespace(name=name) for name in ("a_x", "b_y")]
+    mechanism = mq.textbook.load("four_bar_linkage")
+    stages = multipliers.redundancy_stages(mechanism, ties, of_work=of_work)
+    assert len(stages) == bool(rows)
+    for stage in stages:
+        follow, restrain, force = said
+        assert follow in stage.explanation
+        assert restrain in stage.explanation
+        assert (force in stage.explanation) is not of_work
+    assert not multipliers.redundancy_stages(mq.textbook.load("simple_pendulum"), ties)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ import mecanique as mq
 from mecanique.derivation.numeric.constraints.rows import Held
 from mecanique.derivation.printing.writers import Text
 from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.symbolic.result import INTEGRALS
 from mecanique.derivation.symbolic.symbols import coordinate_of
 from mecanique.model.states import States
 
@@ -163,6 +165,13 @@ MECHANISMS = (
         coordinates=mq.Coordinates(("s",), {"x": 2 * s, "z": s**2}),
     ),
     build(
+        "turned steadily",
+        hinge("ground", "frame", "q", axis=(0, 0, 1)),
+        hinge("frame", "b1", "theta", axis=DOWN, origin=ASIDE),
+        coordinates=mq.Coordinates((), {"q": 1.4 * mq.time()}),
+        gravity=(0, 0, -9.81),
+    ),
+    build(
         "led in time",
         slide("ground", "frame", "x", axis=(1, 0, 0)),
         hinge("frame", "b1", "theta", axis=DOWN, origin=ASIDE),
@@ -249,6 +258,8 @@ def test_all_lines_of_a_derivation_are_true_of_a_motion(name: str, method: str) 
     if name == "rod":  # what an equation lists as Q beside its inertia is the rest of it
         moved = values["J_"] * a[0] + values["C"] * states.v[0, 0] ** 2
         assert values["Q_q"] == pytest.approx(moved, rel=1e-11)
+    for integral in chain(*(x.results for x in equations.steps if x.title in INTEGRALS)):
+        assert value(integral.right.ddt()) == pytest.approx(0, abs=1e-10), integral
     works = [values.get(f"δW_{q}", 0.0) for q in coordinates]
     assert sum(works) == pytest.approx(0, abs=1e-10)
 
@@ -286,3 +297,13 @@ def test_the_kinetic_energy_of_a_single_body_is_listed_once(name: str, listed: l
     steps = {step.title: step for step in mq.derive(SAMPLES[name]).steps}
     lines = [line.write(Text()).partition(" = ")[0] for line in steps["Kinetic energy"].results]
     assert lines == listed
+
+
+@pytest.mark.parametrize(
+    ("name", "letters"),
+    [("in space", {"E"}), ("Cardan joint", {"E"}), ("turned steadily", {"h"}), ("guided", {"E"})],
+)
+def test_what_stays_constant_is_listed(name: str, letters: set[str]) -> None:
+    steps = [step for step in mq.derive(SAMPLES[name]).steps if step.title in INTEGRALS]
+    found = {line.write(Text()).partition(" = ")[0] for step in steps for line in step.results}
+    assert found == letters

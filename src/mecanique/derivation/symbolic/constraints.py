@@ -82,8 +82,9 @@ def _write_contact(kinematics: Kinematics, contact: Contact) -> Bond:
     assumptions, roots = list[Assumption](), list[Series]()
 
     def root(square: Series) -> Series:
-        roots.append(algebra.root(square))
-        return roots[-1]
+        length = algebra.root(square)
+        roots.append(length)
+        return length
 
     def stretch(vector: Sequence[Series], length: Series) -> list[Series]:
         across = lift(ring, vector).tidy()
