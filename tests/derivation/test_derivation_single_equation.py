@@ -231,3 +231,14 @@ def test_an_angle_that_a_weld_keeps_is_that_of_its_sine() -> None:
     assert _angle_of(3 * sin(a - 2 * b)) in (a - 2 * b, 2 * b - a)
     for demand in (cos(a), x * sin(a), sin(a) + sin(b), a - b):
         assert _angle_of(demand) == demand
+
+
+@pytest.mark.parametrize("aside", [0.0, 0.1])
+def test_loops_are_not_closed_where_they_are_singular(aside: float) -> None:
+    """In a dead center the crank does not follow from the slider, whether it is reached or not."""
+    crank = textbook.load("slider_crank")
+    one, p = mq.reduce_loops(crank, "x"), crank.values
+    center = {"theta": 0.0, "beta": 0.0, "x": p["r"] + p["l"] + aside}
+    assert one._close(np.array([center[name] for name in crank.coordinates]), 1.0) is None
+    away = {"theta": 0.7, "beta": -0.9, "x": 0.9 * (p["r"] + p["l"])}
+    assert one._close(np.array([away[name] for name in crank.coordinates]), 1.0) is not None

@@ -13,6 +13,8 @@ from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Left, Stage
+from mecanique.derivation.symbolic.kinematics import Kinematics, geometry_stages
+from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import Vector, cross
 
 NEWTON_EULER = "newton_euler"
@@ -214,3 +216,25 @@ def test_forces_of_elements_are_said_to_be_theirs() -> None:
         "Along and about the directions in which their joints are free, bodies receive no "
         "reaction: there their balances give the forces of the cord."
     )
+
+
+@pytest.mark.parametrize(
+    ("fork", "axes"),
+    [([mq.ball(1.0, 0.1)], "those of the fork, which do not"), ([], "axes that do not")],
+    ids=["heavy", "massless"],
+)
+def test_a_wheel_turns_about_axes_of_a_fork_that_is_named_if_it_has_mass(
+    fork: list[mq.Shape], axes: str
+) -> None:
+    bodies = (
+        mq.Body("ground"),
+        mq.Body("fork", *fork),
+        mq.Body("wheel", mq.disk(1.3, 0.4).at(rpy=(np.pi / 2, 0.0, 0.0))),
+    )
+    hinges = (
+        mq.Revolute("head", "ground", "fork", axis=(0.0, 0.0, 1.0), coordinate="a"),
+        mq.Revolute("hub", "fork", "wheel", axis=(0.0, 1.0, 0.0), coordinate="b"),
+    )
+    steps = geometry_stages(Kinematics(Algebra(mq.Mechanism("fork", bodies, hinges))))
+    (said,) = (step.explanation for step in steps)
+    assert said.endswith(f"are those listed: for the wheel along {axes} spin with the wheel.")
