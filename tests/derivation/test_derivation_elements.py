@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,10 @@ from scipy.spatial.transform import Rotation
 import mecanique as mq
 from mecanique.derivation.mechanics.elements import Ground, UnitForce, unit_forces
 from mecanique.derivation.numeric.newton_euler import Balances
+from mecanique.derivation.printing.writers import Text
 from mecanique.derivation.symbolic.balances import _list_meanings
+from mecanique.derivation.symbolic.kinematics import relation_stages
+from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.model.constraints.elements import Element
 from mecanique.model.states import States
 
@@ -263,3 +267,34 @@ def test_a_tension_is_told_from_the_first_to_the_last_body_that_it_pulls() -> No
         "T_cord_1": "tension of the cord from the left to the wheel [N]",
         "T_cord_2": "tension of the cord from the wheel to the right [N]",
     }
+
+
+def test_relations_that_are_long_are_told_once_and_short_ones_with_their_rates() -> None:
+    """The other wheel turns by -3 turn; two slides follow turn² + 3 turn in opposite ways."""
+    gear = mq.Gear("mesh", "A", "B", r, other_radius=R)
+    wheels = geared(gear, mq.Placement((r + R, 0, 0)), -3.0, 1.0)
+    slides = [
+        mq.Prismatic(f"rail_{name}", "ground", name, axis=(1, 0, 0), coordinate=f"x_{name}")
+        for name in "cdef"
+    ]
+    turn = mq.coordinate("turn")
+    long, short = turn**2 + 3 * turn, 2 * turn
+    led = {"other": -3 * turn, "x_c": long, "x_d": -long, "x_e": short, "x_f": -short}
+    machine = replace(
+        wheels,
+        bodies=(*wheels.bodies, *(mq.Body(name, mq.particle(1.0)) for name in "cdef")),
+        joints=(*wheels.joints, *slides),
+        coordinates=mq.Coordinates(("turn",), led),
+    )
+    (step,) = relation_stages(Algebra(machine))
+    assert [line.write(Text()) for line in step.results] == [
+        "other = -3 turn",
+        "other' = -3 turn'",
+        "x_c = 3 turn + turn^2",
+        "x_c' = (3 + 2 turn) turn'",
+        "x_d = -x_c",
+        "x_e = 2 turn",
+        "x_e' = 2 turn'",
+        "x_f = -2 turn",
+        "x_f' = -2 turn'",
+    ]
