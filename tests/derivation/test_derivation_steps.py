@@ -165,6 +165,24 @@ MECHANISMS = (
         coordinates=mq.Coordinates(("s",), {"x": 2 * s, "z": s**2}),
     ),
     build(
+        "loads",
+        slide("ground", "p1", "x", axis=(1, 0, 0)),
+        slide("p1", "p2", "z", axis=(0, 0, 1), origin=ASIDE),
+        forces=(
+            mq.Damper("damper", "ground", (0, 0, 1), "p2", (0.1, 0, 0.2), 0.7),
+            mq.Spring("band", "p1", (0.5, 0, 0.1), "p2", (0, 0, 0.3), 4.0),
+            mq.Potential("well", "rail_x", 3 * mq.coordinate("x") ** 4),
+            mq.JointForce("drag", "rail_z", -(mq.velocity("z") ** 3)),
+            mq.Force("wind", "p1", (0, 0, 0), (mq.coordinate("u") * mq.time(), 0.2, 0.3)),
+        ),
+        inputs=(mq.Input("u", 0.4 * mq.sin(3 * mq.time())),),
+    ),
+    build(
+        "flying",
+        mq.Floating("flight", "ground", "b1", origin=ASIDE),
+        gravity=(0, 0, -9.81),
+    ),
+    build(
         "turned steadily",
         hinge("ground", "frame", "q", axis=(0, 0, 1)),
         hinge("frame", "b1", "theta", axis=DOWN, origin=ASIDE),

@@ -474,3 +474,18 @@ def test_products_of_components_of_a_quaternion_are_sums_of_cosines(degree: int)
         written = cosines.write(prod(chosen))
         assert len(written.free_symbols & {*letters}) <= degree % 2
         assert float(written.subs(values)) == pytest.approx(float(prod(chosen).subs(at)), abs=1e-14)
+
+
+def test_cosines_are_reduced_to_those_of_the_vertical() -> None:
+    """By columns of unit length that are perpendicular, and A_33 = A_11 A_22 − A_12 A_21."""
+    pair = mq.Body("ground"), mq.Body("ball", mq.ball(1.0, 0.1))
+    cosines = _Cosines(mq.Mechanism("ball", pair, (mq.Spherical("s", "ground", "ball"),)))
+    A = {f"{i}{k}": Symbol(f"A_s_{i}{k}") for i in (1, 2, 3) for k in (1, 2, 3)}
+    for i, k in ((1, 2), (2, 3), (3, 1)):
+        column = [A[f"{row}{i}"] for row in (1, 2, 3)]
+        other = [A[f"{row}{k}"] for row in (1, 2, 3)]
+        assert cosines.reduce(column[0] ** 2 + column[1] ** 2 + column[2] ** 2) == 1
+        product = column[0] * other[0] + column[1] * other[1]
+        assert (cosines.reduce(product) + column[2] * other[2]).expand() == 0
+        across = column[0] * other[1] - column[1] * other[0]
+        assert cosines.reduce(across) == A[f"3{6 - i - k}"]
