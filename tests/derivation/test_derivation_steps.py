@@ -325,3 +325,87 @@ def test_what_stays_constant_is_listed(name: str, letters: set[str]) -> None:
     steps = [step for step in mq.derive(SAMPLES[name]).steps if step.title in INTEGRALS]
     found = {line.write(Text()).partition(" = ")[0] for step in steps for line in step.results}
     assert found == letters
+
+
+CENTER = "both about its center of mass."
+PLANE = "x and z are the axes of the world; forces are positive along them, moments about "
+OWN = "are the axes of b1; moments are taken about them."
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        (
+            "cart and arm",
+            {
+                "b1: forces": (
+                    "b1 is acted on by the reaction in rail_x, its weight, the grease, the "
+                    "winding, the twist and the opposite of the reaction in the pin theta. "
+                    f"{PLANE}-y."
+                ),
+                "b1: moments": "The moments are in balance, all about its center of mass.",
+                "b2: forces": "the pin theta, its weight, the grease, the winding and the push.",
+                "b2: moments": f"the resultant moment, {CENTER}",
+            },
+        ),
+        (
+            "arm on a slide",
+            {
+                "b1: forces": f"the opposite of the reaction in rail_x. {PLANE}-y.",
+                "b1: moments": "both about the joint pin_q, a fixed point. About it the moments",
+                "b2: forces": "x and z are the axes of b2; forces are positive along them, moments",
+                "b2: moments": CENTER,
+            },
+        ),
+        (
+            "two arms on a frame",
+            {
+                "b1: forces": (
+                    "b1 is acted on by the reaction in the weld, its weight, the opposite of the "
+                    "reaction in the pin theta and the opposite of the reaction in the pin psi."
+                ),
+                "b1: moments": "in balance, all about the joint weld, a fixed point.",
+                "p2: forces": "p2 is acted on by the reaction in the pin theta and its weight.",
+                "b3: forces": "the reaction in the pin psi, its weight and the twist.",
+            },
+        ),
+        ("belt", {"b2: forces": f"in the pin theta, T_belt_1 and T_belt_2. {PLANE}y."}),
+        ("gear", {"b1: forces": f"its weight, the motor, F_mesh and N_mesh. {PLANE}-y."}),
+        ("flying", {"b1: forces": f"b1 is acted on by its weight. x, y and z {OWN}"}),
+        (
+            "wheel",
+            {
+                "b1: forces": (
+                    "The bodies hub and axle have no mass, and nothing else acts on them: the "
+                    "joints rail_x, rail_z and pin_theta together join b1 to the ground. Cut free, "
+                    "b1 is acted on by the reaction in the pin theta, its weight and the contact."
+                ),
+            },
+        ),
+        (
+            "turned steadily",
+            {
+                "b1: forces": (
+                    "The body frame has no mass, and nothing else acts on it: the joints pin_q and "
+                    "pin_theta together join b1 to the ground."
+                ),
+                "b1: moments": CENTER,
+            },
+        ),
+        (
+            "loads",
+            {
+                "p1: forces": (
+                    "rail_x, its weight, the band, the well, the drag, the wind and the opposite "
+                    "of the reaction in rail_z. x, y and z are the axes of the world."
+                ),
+                "p2: forces": "in rail_z, its weight, the damper, the band and the drag.",
+            },
+        ),
+    ],
+)
+def test_free_bodies_are_told_with_all_that_acts_on_them(name: str, said: dict[str, str]) -> None:
+    """And along which axes, and about which point, their momenta are balanced."""
+    steps = {step.title: step for step in mq.derive(SAMPLES[name], "newton_euler").steps}
+    for title, words in said.items():
+        assert words in steps[f"Free body {title}"].explanation
