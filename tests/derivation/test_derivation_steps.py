@@ -286,6 +286,9 @@ def test_steps_say_what_there_is() -> None:
     def said(name: str, method: str) -> dict[str, str]:
         return {step.title: step.explanation for step in mq.derive(SAMPLES[name], method).steps}
 
+    assert "J_ collects what multiplies q'', the inertia" in " ".join(
+        mq.derive(SAMPLES["rod"]).text(steps=True).split()
+    )  # as J has another meaning there
     summed = "Sum of the virtual work"
     assert said("guided", "virtual_work")[summed].endswith(
         "As δs is arbitrary, its coefficient is zero."
@@ -409,3 +412,44 @@ def test_free_bodies_are_told_with_all_that_acts_on_them(name: str, said: dict[s
     steps = {step.title: step for step in mq.derive(SAMPLES[name], "newton_euler").steps}
     for title, words in said.items():
         assert words in steps[f"Free body {title}"].explanation
+
+
+@pytest.mark.parametrize(
+    ("name", "method", "law"),
+    [
+        ("cart and arm", "lagrange", "are d/dt ∂T/∂q' - ∂T/∂q + ∂V/∂q + ∂D/∂q' = Q for every"),
+        (
+            "in space",
+            "lagrange",
+            "are d/dt ∂T/∂q' - ∂T/∂q + ∂V/∂q = 0 for every coordinate q. Each",
+        ),
+        ("rod", "lagrange", "+ ∂D/∂q' = Σ λ ∂Φ/∂q for every coordinate q. The loops add their"),
+        ("wheel", "lagrange", "+ ∂V/∂q = Σ λ ∂Φ/∂q + Σ λ ∂ψ/∂q' for every coordinate q."),
+        ("blade", "lagrange", "= Σ λ ∂ψ/∂q' for every coordinate q. The constraints add their own"),
+        ("ball", "lagrange", "= Q for every coordinate q; for a velocity that is not the rate of"),
+        (
+            "in space",
+            "newton_euler",
+            "joints leave one equation for each velocity, without unknown",
+        ),
+        ("guided", "newton_euler", "joints, and the sums for the guided coordinates, leave one"),
+        (
+            "slider",
+            "newton_euler",
+            "The forces λ of the loops remain as unknowns; the loops add as",
+        ),
+        (
+            "wheel",
+            "newton_euler",
+            "The forces λ of the contacts remain as unknowns; the conditions",
+        ),
+        (
+            "flying",
+            "newton_euler",
+            "The balances along and about the free directions of the joints are",
+        ),
+    ],
+)
+def test_equations_of_motion_are_told_by_their_law(name: str, method: str, law: str) -> None:
+    text = " ".join(mq.derive(SAMPLES[name], method).text(steps=True).split())
+    assert law in text.partition(". Equations of motion ")[2]

@@ -363,12 +363,12 @@ _SUM_OF_WORK = (
     "arbitrary: its coefficient is zero."
 )
 _REFERRED = (
-    "With the velocities K {0}' and the accelerations K {0}'' + L {0}'² inserted, J collects what "
-    "multiplies {0}'', the inertia referred to {0}; {1} what multiplies {0}'², which is ½ dJ/d{0}; "
-    "and Q_{0}, the generalized force, all else."
+    "With the velocities K {0}' and the accelerations K {0}'' + L {0}'² inserted, {J} collects "
+    "what multiplies {0}'', the inertia referred to {0}; {1} what multiplies {0}'², which is ½ "
+    "d{J}/d{0}; and Q_{0}, the generalized force, all else."
 )
 _LEFT = (
-    "One equation is left for {0}{2}: J {0}'' + {1} {0}'² = Q_{0}. The loops give the other "
+    "One equation is left for {0}{2}: {J} {0}'' + {1} {0}'² = Q_{0}. The loops give the other "
     "coordinates, Φ = 0."
 )
 _FOLLOW = (
@@ -381,18 +381,18 @@ _CHANGE = (
     "differentiated once more: the acceleration of the coordinate is K {0}'' + L {0}'²."
 )
 _INERTIA = (
-    "With these the kinetic energy is ½ J {0}'², where J is the inertia referred to {0}: each mass "
-    "times the square of its coefficient. {1} = ½ dJ/d{0} accounts for the change of J."
+    "With these the kinetic energy is ½ {J} {0}'², where {J} is the inertia referred to {0}: each"
+    " mass times the square of its coefficient. {1} = ½ d{J}/d{0} accounts for the change of {J}."
 )
 _CLOSING = (
-    "J {0}'' + {1} {0}'² equals the sum of all forces, each times the coefficient of the "
+    "{J} {0}'' + {1} {0}'² equals the sum of all forces, each times the coefficient of the "
     "coordinate along which it acts: one equation without multipliers. It holds where no divisor "
     "above is zero; the loops give the other coordinates for each {0}."
 )
 _LEFT_BY_LOOPS = (
     "The loops give every other coordinate for each {0}, with the velocity K {0}' and the "
-    "acceleration K {0}'' + L {0}'²; the equations reduce to one without multipliers{2}. J is the "
-    "inertia referred to {0}, and {1} half its derivative dJ/d{0}."
+    "acceleration K {0}'' + L {0}'²; the equations reduce to one without multipliers{2}. {J} is "
+    "the inertia referred to {0}, and {1} half its derivative d{J}/d{0}."
 )
 
 
@@ -430,11 +430,12 @@ class ReducedEquation:
         """Return the equation with its coefficients and its energy, to end a derivation with."""
         follow, change, refer = self.derivation.stages[-3:]
         lines = [*follow.results, *change.results, *refer.results]
-        *_, bias = lefts_of(lines)
+        *_, inertia, bias = lefts_of(lines)
         equation, _ = self.derivation.written or ()
         where = say_where(term.value for term in (*self.ratios, *self.changes))
         kept, unknowns = self.coordinate, self.derivation.unknowns
-        sentence = _LEFT_BY_LOOPS.format(kept, bias.symbol, where)
+        letters = partial(str.format, J=inertia.symbol)
+        sentence = letters(_LEFT_BY_LOOPS, kept, bias.symbol, where)
         displaced = f", and its virtual displacement K δ{kept}" if of_work else ""
         force = self.parts[0].ring.sum([-part for part in self.parts[2:]])
         pull = Result(Left("Q", kept, component=True), tidy(force))
@@ -452,8 +453,10 @@ class ReducedEquation:
                 title="Sum along the displacement",
             ),
             Ending(change.explanation, change.results, title=change.title),
-            Ending(_REFERRED.format(kept, bias.symbol), (*refer.results, pull), title=refer.title),
-            Ending(_LEFT.format(kept, bias.symbol, where), (equation,)),
+            Ending(
+                letters(_REFERRED, kept, bias.symbol), (*refer.results, pull), title=refer.title
+            ),
+            Ending(letters(_LEFT, kept, bias.symbol, where), (equation,)),
             Ending(" ".join(stage.explanation for stage in self.energy), integrals),
         )
         return Ending(sentence, (*lines, equation, *integrals), unknowns, sections=sections)
@@ -621,7 +624,7 @@ class _Reducing:
         inertias = tuple(
             Result(Left(name_of(a)), b, partial(self._by_coefficients, b)) for a, b in pairs
         )
-        letters = kept, name_of(change)
+        say = partial(str.format, J=name_of(inertia))
         return replace(
             full,
             M=M,
@@ -632,9 +635,11 @@ class _Reducing:
                 *closed,
                 Stage(COEFFICIENTS, _FOLLOW.format(kept), first),
                 Stage("Derivatives of the coefficients", _CHANGE.format(kept), second),
-                Stage(f"Inertia referred to {kept}", _INERTIA.format(*letters), inertias),
+                Stage(
+                    f"Inertia referred to {kept}", say(_INERTIA, kept, name_of(change)), inertias
+                ),
             ),
-            closing=_CLOSING.format(*letters),
+            closing=say(_CLOSING, kept, name_of(change)),
             unknowns=dict(self._meanings(K, L)),
             quasi=(),
             written=(equation, solved),
