@@ -609,12 +609,12 @@ class _Reducing:
         kept, ring = self.kept, self.ring
         inertia, change = self.J, self.C
         a, v = ring[f"{kept}''"], ring[f"{kept}'"]
-        named = [expression(inertia * a)]
+        named, push = [expression(inertia * a)], forces - rest
         if C:
             named.append(expression(change * v**2))
+            push = push - change * v**2
         left = join([*named, *([expression(rest)] if rest else [])])
         equation = Equation(left, expression(forces), ring.number(1))
-        push = forces - rest - change * v**2 if C else forces - rest
         solved = Quotient(push, inertia).equate(f"{kept}''")
         M, h = mass_and_bias(self.algebra, [J * a + C * v**2 + rest - forces])
         closed = [stage for stage in loop_stages(full.ties, of_work=True) if stage.title == "Loops"]
