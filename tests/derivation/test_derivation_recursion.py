@@ -14,6 +14,7 @@ from mecanique import textbook
 from mecanique.derivation.mechanics import vectors
 from mecanique.derivation.mechanics.letters import Letters
 from mecanique.derivation.mechanics.recursion import recursion_on_tape
+from mecanique.derivation.numeric import newton_euler
 from mecanique.derivation.numeric.lagrange import LagrangeOnJets
 from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.numeric.recursion import Recursion
@@ -291,3 +292,18 @@ def test_a_field_of_accelerations_of_a_link_whose_spin_is_the_same_in_all_states
     U = vectors.acceleration_field(w, alpha)
     assert np.array_equal(U[..., 0], [[0, -3, 0], [3, -1, 0], [0, 0, -1]])
     assert np.array_equal(U[..., 1], [[0, -5, 0], [5, -1, 0], [0, 0, -1]])
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_reactions_are_the_same_whether_all_is_solved_at_once_or_from_the_tips_inward(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mechanism = sample(name)
+    some = states(mechanism, 3)
+    together = Balances(mechanism).reactions(some)
+    monkeypatch.setattr(newton_euler, "_DENSE", 0)
+    inward = Balances(mechanism)
+    for joint, wrench in inward.reactions(some).items():
+        size = max(1.0, *(float(np.nanmax(np.abs(part), initial=0.0)) for part in wrench))
+        for ours, theirs in zip(wrench, together[joint], strict=True):
+            np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-11 * size)
