@@ -355,3 +355,26 @@ def test_loads_store_what_their_virtual_work_takes(load: mq.AnyForce, potential:
     x = lagrange.algebra.ring["x"]
     assert lagrange.stored == 5 * x**2 / 2
     assert lagrange.V - lagrange.stored == lagrange.algebra.ring.sum([*stored.values()])
+
+
+def test_loads_that_store_energy_together_alone_do_not() -> None:
+    """F_x = -6 (x - y) and F_y = 6 (x - y), with V = 3 (x - y)²; a third, alone, has its own."""
+    x, y, z = map(mq.coordinate, "xyz")
+    loads = (("first", "x", -6 * (x - y)), ("third", "z", -4 * z), ("second", "y", 6 * (x - y)))
+    mechanism = mq.Mechanism(
+        "blocks",
+        (mq.Body("ground"), *(mq.Body(f"b{q}", mq.particle(1.3)) for q in "xyz")),
+        tuple(
+            mq.Prismatic(f"rail_{q}", "ground", f"b{q}", axis=(1, 0, 0), coordinate=q)
+            for q in "xyz"
+        ),
+        forces=tuple(mq.JointForce(name, f"rail_{q}", law) for name, q, law in loads),
+        gravity=(0, 0, 0),
+    )
+    stored = {name: str(V) for name, V in stored_in_loads(mechanism).items()}
+    lagrange = Lagrange(mechanism)
+    a, b, c = (lagrange.algebra.ring[q] for q in "xyz")
+    assert stored == {"first": str(3 * (a - b) ** 2), "third": "2*z^2", "second": "0"}
+    assert 3 * (a - b) ** 2 + 2 * c**2 == lagrange.V
+    both = replace(mechanism, forces=mechanism.forces[:2])
+    assert list(stored_in_loads(both)) == ["third"]
