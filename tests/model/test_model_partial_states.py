@@ -120,3 +120,9 @@ def test_a_torque_on_a_screw_by_its_name_is_the_moment_about_its_axis() -> None:
     assert efforts is not None
     assert efforts.names == ("theta'", "theta_travel'", "slip'")
     assert efforts.values.tolist() == [[2.0, 0.0, -3.0]]
+
+
+def test_a_screw_is_renamed_by_its_angle() -> None:
+    thread = mq.textbook.load("screw_press").joint("thread")
+    assert isinstance(thread, mq.Helical)
+    assert thread.renamed(("way", "angle")).coordinates == ("angle_travel", "angle")
