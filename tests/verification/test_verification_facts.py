@@ -135,15 +135,21 @@ def test_two_periods_are_not_the_period() -> None:
     assert row.residual == math.inf
 
 
-def test_what_a_period_misses_is_relative_to_each_coordinates_size() -> None:
+@pytest.mark.parametrize(("advance", "size"), [((0.0, 0.0), 4.001), ((7.0, -2.0), 4.0)])
+def test_what_a_period_misses_is_relative_to_each_coordinates_size(
+    advance: tuple[float, float], size: float
+) -> None:
     """Of two coordinates, 200 and 4 at most, 0.01 and 0.001 are missed; what rests has no size."""
     way = np.array([[100.0, 4, 0], [150, 2, 0], [200, 1, 0], [150, 0, 0], [120, 1, 0]])
     way = np.vstack([way, [[110, 2, 0], [100.01, 4.001, 0]]])
+    way[-1, :2] += advance  # where the motion goes on from
     bench: Any = SimpleNamespace(
-        constants={}, state=lambda at: (np.zeros(2), np.zeros(1)), flow=lambda q, v, times: way
+        constants={},
+        state=lambda at: (np.array([at.get(name, 0.0) for name in "xy"]), np.zeros(1)),
+        flow=lambda q, v, times: way,
     )
-    fact = Period("", {}, lambda s: 1.0)
-    assert _period(bench, fact) == pytest.approx(0.001 / 4.001, rel=1e-9)
+    fact = Period("", {}, lambda s: 1.0, advance=dict(zip("xy", advance, strict=True)))
+    assert _period(bench, fact) == pytest.approx(0.001 / size, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", ["bead_on_hoop", "kapitza_pendulum", "bar_chain"])

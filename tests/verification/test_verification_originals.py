@@ -6,7 +6,7 @@ import os
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -417,3 +417,13 @@ def test_of_links_whose_inertia_differs_the_outermost_is_named() -> None:
         others = np.array([np.diag(wrong)])
         found = [*engines._places(tree, tree.joints, mass, others)]
         assert [line.split("'")[1] for line in found] == names
+
+
+def test_what_rotors_add_is_taken_from_their_own_joints() -> None:
+    """Of a ball, a hinge with a rotor and a slide."""
+    nothing: Any = None
+    v = {"ball": np.zeros((1, 3)), "hinge": np.zeros((1, 1)), "slide": np.zeros((1, 1))}
+    asked = engines._Asked(nothing, nothing, nothing, {}, {"hinge": 0.3}, {}, v, nothing)
+    mass = np.random.default_rng(0).normal(size=(1, 5, 5))
+    found = asked.without_rotors(Original(("ball", "hinge", "slide"), mass, mass[:, 0], ()))
+    np.testing.assert_array_equal(found.mass[0], mass[0] - np.diag([0, 0, 0, 0.3, 0]))

@@ -358,3 +358,10 @@ def test_a_walk_stays_on_the_branch_it_begins_on() -> None:
         assert np.ptp(phi) > 3.0
     assert len(bent[0]) == 1
     assert bent[1] == {1.0, -1.0}
+
+
+def test_where_a_third_of_random_positions_close_no_walk_is_begun(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("mecanique.verification.states.wander", None)
+    assert len(random_states(textbook.load("governor"), 20, 0)) == 20

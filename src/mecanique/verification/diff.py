@@ -299,10 +299,8 @@ def _fate(a: Mechanism, b: Mechanism, pairs: Pairs, name: str, kind: str, verb: 
 
 def _total(m: Mechanism, body: str) -> Array:
     """Return mass, first and second moments of all that is welded to a body, in its frame."""
-    total = np.zeros((4, 4))
-    for name, pose in _welds(m, body):
-        total += pose @ moments_of(*numbers_of(m.body(name))) @ pose.T
-    return total
+    parts = [pose @ moments_of(*numbers_of(m.body(k))) @ pose.T for k, pose in _welds(m, body)]
+    return np.sum(parts, axis=0)
 
 
 def _welds(m: Mechanism, body: str) -> Iterator[tuple[str, Array]]:
