@@ -79,8 +79,15 @@ def test_what_undetermined_components_are_part_of_is_undetermined(
 ) -> None:
     poses = {"rod": pose_of(Placement(rpy=rpy))}
     loose = ("force y", "moment x", "moment z")
-    wrench = Wrench(np.ones(3), np.ones(3), loose, places=BodyPoses(lambda: poses))
-    assert wrench.in_axes("rod").undetermined == expected
+    parts = np.array([[1.0, np.nan, 2.0], [np.nan, 3.0, np.nan]])
+    found = Wrench(*parts, loose, places=BodyPoses(lambda: poses)).in_axes("rod")
+    assert found.undetermined == expected
+    for kind, turned, part in zip(
+        ("force", "moment"), (found.force, found.moment), parts, strict=True
+    ):
+        known = np.nan_to_num(part) @ poses["rod"][:3, :3]
+        lost = [f"{kind} {axis}" in expected for axis in "xyz"]
+        np.testing.assert_allclose(turned, np.where(lost, np.nan, known), rtol=1e-14, atol=1e-15)
 
 
 def test_a_wrench_in_the_axes_of_the_rod() -> None:

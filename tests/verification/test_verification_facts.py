@@ -31,7 +31,14 @@ from mecanique.textbook.facts import (
     Steady,
     Values,
 )
-from mecanique.verification.facts import FactRow, _frequencies, _margin, _period, check_facts
+from mecanique.verification.facts import (
+    FactRow,
+    _frequencies,
+    _margin,
+    _period,
+    _reaction,
+    check_facts,
+)
 
 TRUE: dict[str, Fact] = {
     "Frequencies": Frequencies("", lambda s: [math.sqrt(1.5 * s.g / s.l)]),
@@ -163,6 +170,22 @@ def test_a_limit_of_stability_knows_its_side_and_its_value(name: str) -> None:
     assert rows[2].residual == pytest.approx(1e-3, rel=0.1)
 
 
+@pytest.mark.parametrize("described", [True, False])
+def test_a_reaction_includes_what_nothing_describes(described: bool) -> None:
+    """The force of a guide is known apart from it with an element, and together without one."""
+    machine = mq.textbook.load("atwood_machine")
+    reference = mq.Reference(machine if described else replace(machine, elements=()))
+    q, v = np.array([0.3]), np.array([-0.7])
+    bench: Any = SimpleNamespace(
+        reference=reference, numbers=lambda *state: None, states=[(q, v, 0.0)]
+    )
+    assert ("axle" in reference.guided) != described
+    ask = reference.reactions if described else reference.totals
+    stated = ask(q, v)["axle"].force
+    assert np.isfinite(stated).all()
+    assert _reaction(bench, Reaction("", "axle", lambda s: stated)) == 0.0
+
+
 def test_a_fact_may_suppose_parameters() -> None:
     def seen(s: Values) -> list[list[float]]:
         assert (s.m, s.l, s.g) == (3.0, 2.0, 1.0)
@@ -210,13 +233,14 @@ def test_facts_of_a_motion_are_off_by_the_largest_relative_difference() -> None:
     ball = entry("bouncing_ball")
     fall = math.sqrt(2 / 9.81)
     speed = 9.81 * fall
+    still = {"z": 0.0, "z'": 0.0, "after z'": 0.0}
 
     def stated(off: float) -> list[Fact]:
         part = 1 + off
         return [
             Occurs("", "floor: impact", lambda s: {"t": fall * part, "after z'": 0.8 * speed}),
             Occurs("", "floor: impact", lambda s: {"z": 0.0, "after z'": 0.64 * speed * part}, 1),
-            Occurs("", "end", lambda s: {"z": 0.0, "t": s.t * part}),
+            Occurs("", "end", lambda s: {**still, "t": ball.duration * part}),
             ModeAcceleration("", ("open",), lambda s: [-s.g * part]),
             Lasting("", lambda s: [s.g, s.g + off * s.t]),
         ]

@@ -300,7 +300,8 @@ def _fate(a: Mechanism, b: Mechanism, pairs: Pairs, name: str, kind: str, verb: 
 def _total(m: Mechanism, body: str) -> Array:
     """Return mass, first and second moments of all that is welded to a body, in its frame."""
     parts = [pose @ moments_of(*numbers_of(m.body(k))) @ pose.T for k, pose in _welds(m, body)]
-    return np.sum(parts, axis=0)
+    total: Array = np.sum(parts, axis=0)
+    return total
 
 
 def _welds(m: Mechanism, body: str) -> Iterator[tuple[str, Array]]:
