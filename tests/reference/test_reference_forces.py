@@ -20,8 +20,9 @@ def test_a_body_accelerates_and_stores_energy_as_by_hand(sample: Sample) -> None
     reference = Reference(sample.mechanism)
     found = reference.acceleration(sample.q, sample.v, sample.t)
     np.testing.assert_allclose(found, sample.acceleration, rtol=1e-12, atol=1e-13)
-    energy = reference.energy(sample.q, sample.v, sample.t).potential
-    assert energy == pytest.approx(sample.potential, rel=1e-13)
+    energy = reference.energy(sample.q, sample.v, sample.t)
+    assert energy.potential == pytest.approx(sample.potential, rel=1e-13)
+    assert energy.total == pytest.approx(energy.kinetic + sample.potential, rel=1e-13)
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from reference_samples import driven, flyer, states, tree
+from scipy.spatial.transform import Rotation
 from sympy import sin
 
 from mecanique.errors import InputError, UnknownNameError
@@ -88,6 +89,25 @@ def test_what_undetermined_components_are_part_of_is_undetermined(
         known = np.nan_to_num(part) @ poses["rod"][:3, :3]
         lost = [f"{kind} {axis}" in expected for axis in "xyz"]
         np.testing.assert_allclose(turned, np.where(lost, np.nan, known), rtol=1e-14, atol=1e-15)
+
+
+def test_a_wrench_goes_from_the_axes_of_one_body_to_those_of_another() -> None:
+    """In each of many states; what is lost in one is not in the next."""
+    turns = Rotation.random(6, rng=4).as_matrix().reshape(2, 3, 3, 3)
+    poses = {name: np.tile(np.eye(4), (3, 1, 1)) for name in "ab"}
+    for name, turn in zip("ab", turns, strict=True):
+        poses[name][:, :3, :3] = turn
+    poses["c"] = np.array([pose_of(Placement(rpy=(0, 0, k * np.pi / 2))) for k in range(3)])
+    force, moment = np.random.default_rng(5).normal(size=(2, 3, 3))
+    places = BodyPoses(lambda: poses)
+    found = Wrench(force, moment, axes="a", places=places).in_axes("b")
+    for k in range(3):
+        back = poses["b"][k, :3, :3].T @ poses["a"][k, :3, :3]
+        np.testing.assert_allclose(found.force[k], back @ force[k], rtol=0, atol=1e-14)
+        np.testing.assert_allclose(found.moment[k], back @ moment[k], rtol=0, atol=1e-14)
+    force[:, 1] = np.nan
+    lost = np.isnan(Wrench(force, moment, places=places).in_axes("c").force)
+    assert lost.tolist() == [[k == 1, k != 1, False] for k in range(3)]
 
 
 def test_a_wrench_in_the_axes_of_the_rod() -> None:

@@ -15,6 +15,7 @@ from mecanique.reference import Reference, assemble, assembly_branches
 from mecanique.reference.engine.load import load
 from mecanique.reference.loops.assembly import NewtonResult, Tangent, newton
 from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.freedom import refuse_locked
 from mecanique.reference.loops.singular import (
     _FAR,
     _NEAR,
@@ -135,6 +136,13 @@ def test_in_a_singular_position_at_rest_nothing_decides_how_it_goes_on() -> None
         reference.acceleration(np.zeros(5))
     with pytest.raises(EngineError, match="no branch continues with"):
         reference.acceleration(np.zeros(5), [1.0, 0.0, 0.0, -1.0, 0.0])
+
+
+@pytest.mark.parametrize(("name", "begins"), [("chained_four_bars", True), ("squeezer", False)])
+def test_a_mechanism_may_begin_in_a_singular_position(name: str, begins: bool) -> None:
+    closed = Reference(textbook.load(name)).closed
+    assert closed is not None
+    assert refuse_locked(closed, 0.0) is begins
 
 
 def test_motions_refuse_to_begin_where_nothing_decides_how_they_go_on() -> None:

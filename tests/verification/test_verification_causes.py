@@ -344,6 +344,13 @@ def test_damping_is_as_plain_as_the_number_that_would_stand_there(
     assert (change.amount.digits, change.amount.share) == (digits, 0.0)
 
 
+def test_what_acts_in_a_screw_acts_about_its_axis() -> None:
+    press = mq.textbook.load("screw_press")
+    damped = replace(press, forces=(*press.forces, mq.JointDamper("oil", "thread", 0.4)))
+    found = list(joint_changes(evidence_of(press, told_by(damped))))
+    assert {one.where for one in found if one.kind == "damping"} == {"joint 'thread'"}
+
+
 def test_what_a_change_explains_is_not_left() -> None:
     pendulum = mq.textbook.load("rigid_bar_pendulum")
     damped = replace(pendulum, forces=(mq.JointDamper("damper", "pin", 0.3),))
