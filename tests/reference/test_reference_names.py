@@ -81,7 +81,7 @@ def test_what_undetermined_components_are_part_of_is_undetermined(
     poses = {"rod": pose_of(Placement(rpy=rpy))}
     loose = ("force y", "moment x", "moment z")
     parts = np.array([[1.0, np.nan, 2.0], [np.nan, 3.0, np.nan]])
-    found = Wrench(*parts, loose, places=BodyPoses(lambda: poses)).in_axes("rod")
+    found = Wrench(parts[0], parts[1], loose, places=BodyPoses(lambda: poses)).in_axes("rod")
     assert found.undetermined == expected
     for kind, turned, part in zip(
         ("force", "moment"), (found.force, found.moment), parts, strict=True
