@@ -162,11 +162,14 @@ ANGLES = 72
 SAME_DIRECTION = 1e-13
 """Parts of directions of slip that differ by less are the same to rounding."""
 
-DIRECTION_SWEEPS = 100
-"""Sweeps over directions of slip that begins in several contacts, each found by the others'.
+DIRECTION_STEPS = 30
+"""Steps of Newton's method towards the directions in which slip begins."""
 
-On one body each takes away some half of what they differ by.
-"""
+TURN = 1e-6
+"""Turn of a direction for slopes by differences: half of the digits of a number are left [rad]."""
+
+PROJECTIONS = 1000
+"""Projections of friction on what presses, after which directions are near those of slip."""
 
 SWITCHING = {
     "CLOSED_GAP": CLOSED_GAP,
@@ -179,10 +182,12 @@ SWITCHING = {
     "REDUNDANT": REDUNDANT,
     "SAME_ANSWER": SAME_ANSWER,
     "TURNED": TURNED,
+    "TURN": TURN,
+    "PROJECTIONS": PROJECTIONS,
     "SAME_WAY": SAME_WAY,
     "BEGUN": BEGUN,
     "SAME_DIRECTION": SAME_DIRECTION,
     "ANGLES": ANGLES,
-    "DIRECTION_SWEEPS": DIRECTION_SWEEPS,
+    "DIRECTION_STEPS": DIRECTION_STEPS,
 }
 """Those that pages and code in C take, too."""

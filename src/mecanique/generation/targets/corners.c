@@ -323,16 +323,27 @@ static int point_slip(const Terms *k, double least, const double *mode, double *
     return followed;
 }
 
-/* Return where the slip that begins along a heading goes across it. */
+/* Solve a mode with the slip of elements along angles; find what of its growth goes across. */
+static bool head(const Terms *k, const Drive *drive, double *mode, const int *begin, int number,
+                 const double *angles, double *across, Solved *solved)
+{
+    double gained[ROWS];
+    for (int i = 0; i < number; i++) put_state(mode, begin[i], BEGINS, cos(angles[i]), sin(angles[i]));
+    if (!solve_mode(k, drive, mode, solved)) return false;
+    for (int r = 0; r < ROWS; r++) gained[r] = along(k->slopes[r], solved->a) - drive->wanted[r];
+    for (int i = 0; i < number; i++) {
+        const double way[2] = {-sin(angles[i]), cos(angles[i])};
+        across[i] = part_along(begin[i], gained, way);
+    }
+    return true;
+}
+
+/* The same of one element: return what goes across, NAN if the mode has no solution. */
 static double find_across(const Terms *k, const Drive *drive, double *mode, int e, double angle,
                           Solved *solved)
 {
-    const double across[2] = {-sin(angle), cos(angle)};
-    double gained[ROWS];
-    put_state(mode, e, BEGINS, cos(angle), sin(angle));
-    if (!solve_mode(k, drive, mode, solved)) return NAN;
-    for (int r = 0; r < ROWS; r++) gained[r] = along(k->slopes[r], solved->a) - drive->wanted[r];
-    return part_along(e, gained, across);
+    double across;
+    return head(k, drive, mode, &e, 1, &angle, &across, solved) ? across : NAN;
 }
 
 /*
@@ -349,27 +360,84 @@ static bool begin_slip(const Terms *k, const Drive *drive, double *mode, int e, 
     return !isnan(find_across(k, drive, mode, e, high, solved));
 }
 
-/* Solve a mode next to the headings of slip that begins, each by those of the others. */
+/* Solve a mode next to the headings of slip that begins, along its growth, by Newton's method. */
 static bool solve_begun(const Terms *k, const Drive *drive, double *mode, Solved *solved)
 {
-    const double wide = acos(SAME_WAY);
-    int begun = 0;
-    for (int e = 0; e < ELEMENTS; e++) begun += mode[e] == BEGINS;
-    if (!begun) return solve_mode(k, drive, mode, solved);
-    for (int sweep = 0; sweep < DIRECTION_SWEEPS; sweep++) {
-        double turned = 0.0;
-        for (int e = 0; e < ELEMENTS; e++) {
-            if (mode[e] != BEGINS) continue;
-            const double x = heading_of(mode, e)[0], y = heading_of(mode, e)[1], angle = atan2(y, x);
-            const double low = angle - wide, high = angle + wide;
-            const double first = find_across(k, drive, mode, e, low, solved);
-            const double last = find_across(k, drive, mode, e, high, solved);
-            if (!begin_slip(k, drive, mode, e, low, high, first, last, solved)) return false;
-            turned = fmax(turned, hypot(heading_of(mode, e)[0] - x, heading_of(mode, e)[1] - y));
+    int begin[ELEMENTS], number = 0;
+    double angles[ELEMENTS], missed[ELEMENTS], across[ELEMENTS], slopes[ELEMENTS * ELEMENTS];
+    for (int e = 0; e < ELEMENTS; e++) {
+        if (mode[e] != BEGINS) continue;
+        angles[number] = atan2(heading_of(mode, e)[1], heading_of(mode, e)[0]);
+        begin[number++] = e;
+    }
+    if (!number) return solve_mode(k, drive, mode, solved);
+    for (int step = 0; step < DIRECTION_STEPS; step++) {
+        double largest = 0.0;
+        if (!head(k, drive, mode, begin, number, angles, missed, solved)) return false;
+        for (int j = 0; j < number; j++) {
+            const double angle = angles[j];
+            angles[j] += TURN;
+            if (!head(k, drive, mode, begin, number, angles, across, solved)) return false;
+            angles[j] = angle;
+            for (int i = 0; i < number; i++) slopes[i * number + j] = (across[i] - missed[i]) / TURN;
         }
-        if (begun == 1 || turned <= SAME_DIRECTION) return true;
+        if (eliminate(number, 1, slopes, missed) < number) return false;
+        for (int i = 0; i < number; i++) largest = fmax(largest, fabs(missed[i]));
+        if (largest <= SAME_DIRECTION) return head(k, drive, mode, begin, number, angles, missed, solved);
+        for (int i = 0; i < number; i++) angles[i] -= missed[i] * fmin(1.0, acos(SAME_WAY) / largest);
     }
     return false;
+}
+
+/* Find the growth of slip of elements along their tangents, and their most friction. */
+static bool find_growth(const Terms *k, const Drive *drive, const double *mode, const int *begin,
+                        int number, double *found)
+{
+    Solved solved;
+    if (!solve_mode(k, drive, mode, &solved)) return false;
+    for (int i = 0; i < number; i++) {
+        const int e = begin[i];
+        for (int j = 0; j < 2; j++) {
+            const int row = tangents[e][j];
+            found[2 * i + j] = along(k->slopes[row], solved.a) - drive->wanted[row];
+        }
+        found[2 * number + i] = k->kinetic[e] * (pressing[e] < 0 ? 1.0 : solved.force[pressing[e]]);
+    }
+    return true;
+}
+
+/*
+ * Point elements near the headings in which they begin to slip: friction takes away as much of the
+ * growth of slip as what presses allows, a fixed point of projections on disks.
+ */
+static bool find_start(const Terms *k, const Drive *drive, double *mode, const int *begin, int number)
+{
+    enum { MOST = 3 * ELEMENTS };
+    double base[MOST], slopes[2 * ELEMENTS][MOST], rub[2 * ELEMENTS] = {0.0}, squares = 0.0;
+    for (int i = 0; i < number; i++) put_state(mode, begin[i], SLIPS, 0.0, 0.0);
+    if (!find_growth(k, drive, mode, begin, number, base)) return false;
+    for (int j = 0; j < 2 * number; j++) {
+        Drive pushed = *drive;
+        for (int i = 0; i < NV; i++) pushed.load[i] += k->slopes[tangents[begin[j / 2]][j % 2]][i];
+        if (!find_growth(k, &pushed, mode, begin, number, slopes[j])) return false;
+        for (int i = 0; i < 3 * number; i++) slopes[j][i] -= base[i];
+        for (int i = 0; i < 2 * number; i++) squares += slopes[j][i] * slopes[j][i];
+    }
+    for (int round = 0; round < PROJECTIONS; round++) {
+        double now[MOST];
+        for (int i = 0; i < 3 * number; i++) {
+            now[i] = base[i];
+            for (int j = 0; j < 2 * number; j++) now[i] += slopes[j][i] * rub[j];
+        }
+        for (int i = 0; i < 2 * number; i++) rub[i] -= now[i] / sqrt(squares);
+        for (int i = 0; i < number; i++) {
+            const double size = hypot(rub[2 * i], rub[2 * i + 1]), most = fmax(0.0, now[2 * number + i]);
+            const double part = size > most ? most / size : 1.0;
+            rub[2 * i] *= part, rub[2 * i + 1] *= part;
+        }
+    }
+    for (int i = 0; i < number; i++) put_state(mode, begin[i], BEGINS, -rub[2 * i], -rub[2 * i + 1]);
+    return true;
 }
 
 /* Solve the mode of p in a state. */
@@ -694,16 +762,18 @@ static int leave_spent(const Terms *k, const Drive *drive, int spent, int number
  * Solve a mode; if an element begins to slip in space, along each heading that it goes along. Return
  * how many solutions there are.
  */
-static int solve_in_space(const Terms *k, const Drive *drive, double *mode, int begins, int most,
-                          Solved *solved)
+static int solve_in_space(const Terms *k, const Drive *drive, double *mode, const int *begin, int begins,
+                          int most, Solved *solved)
 {
     int number = 0;
-    if (begins < 0) return most > 0 && solve_mode(k, drive, mode, solved);
-    double low = 0.01, first = find_across(k, drive, mode, begins, low, solved);
+    if (!begins) return most > 0 && solve_mode(k, drive, mode, solved);
+    if (begins > 1)
+        return most > 0 && find_start(k, drive, mode, begin, begins) && solve_begun(k, drive, mode, solved);
+    double low = 0.01, first = find_across(k, drive, mode, *begin, low, solved);
     for (int i = 0; i < ANGLES && number < most; i++) {
         const double high = 0.01 + (i + 1) * 8.0 * atan(1.0) / ANGLES;
-        const double last = find_across(k, drive, mode, begins, high, solved + number);
-        number += begin_slip(k, drive, mode, begins, low, high, first, last, solved + number);
+        const double last = find_across(k, drive, mode, *begin, high, solved + number);
+        number += begin_slip(k, drive, mode, *begin, low, high, first, last, solved + number);
         low = high, first = last;
     }
     return number;
@@ -711,7 +781,8 @@ static int solve_in_space(const Terms *k, const Drive *drive, double *mode, int 
 
 /*
  * Find every mode of the states allowed of each element, bit by bit, whose conditions are met; return
- * how many have different solutions, −1 if there are none unless several begin to slip in space at once.
+ * how many have different solutions, −1 if several may begin to slip in space at once along headings
+ * that were not found. These are only looked for if there is no other mode.
  */
 static int solve_all(const Terms *k, const Drive *drive, const int *allowed, const bool *near,
                      const bool *beginning, int spent, double still, Solved *kept)
@@ -722,22 +793,25 @@ static int solve_all(const Terms *k, const Drive *drive, const int *allowed, con
     long modes = 1;
     bool several = false;
     for (int e = 0; e < ELEMENTS; e++) modes *= CHOICES;
-    for (long code = 0; code < modes; code++) {
+    for (long code = 0; code < 2 * modes; code++) {
+        const bool together = code >= modes;
+        if (together && (number || !several)) break;
         bool tried = true;
-        int begins = -1;
-        long rest = code;
+        int begin[ELEMENTS], begins = 0;
+        long rest = code % modes;
         for (int e = 0; e < ELEMENTS && tried; e++, rest /= CHOICES) {
             const int state = (int)(rest % CHOICES);
             tried = allowed[e] >> state & 1;
             put_in_plane(mode, e, state);
             if (!tried || state != SLIPS) continue;
-            if (!beginning[e]) put_along(mode, e, k->rate);
-            else if (begins >= 0) several = true, tried = false;
-            else begins = e;
+            if (beginning[e]) begin[begins++] = e;
+            else put_along(mode, e, k->rate);
         }
         if (!tried) continue;
+        several |= begins > 1;
+        if ((begins > 1) != together) continue;
         const int most = MOST_FOLLOWING - number;
-        const int solved = solve_in_space(k, drive, mode, begins, most, sound + number);
+        const int solved = solve_in_space(k, drive, mode, begin, begins, most, sound + number);
         for (int i = 0, first = number; i < solved; i++)
             if (is_sound(k, drive, sound + first + i, near, beginning, still))
                 sound[number++] = sound[first + i];
@@ -937,8 +1011,8 @@ static bool rest(double t, double *y, const double *p, const bool *touching, con
 static bool is_decided(int count, const char *what, double t, char *words)
 {
     if (count < 0)
-        snprintf(words, SENTENCE, "contacts begin to slip in space at once at t = %.9g s, which is not "
-                 "treated", t);
+        snprintf(words, SENTENCE, "contacts may begin to slip in space at once at t = %.9g s, in "
+                 "directions that depend on each other and were not found", t);
     else if (count != 1)
         snprintf(words, SENTENCE, what, count, t);
     return count == 1;

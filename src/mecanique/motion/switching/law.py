@@ -10,6 +10,7 @@ The velocities after an impact follow from its impulses by the same conditions.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import product
 from math import acos, atan2, hypot, prod
@@ -42,12 +43,14 @@ from mecanique.derivation.mechanics.switching import (
 )
 from mecanique.derivation.tolerances import (
     ANGLES,
-    DIRECTION_SWEEPS,
+    DIRECTION_STEPS,
+    PROJECTIONS,
     REDUNDANT,
     SAME_ANSWER,
     SAME_DIRECTION,
     SAME_WAY,
     SLACK,
+    TURN,
     TURNED,
 )
 from mecanique.errors import InputError
@@ -333,92 +336,99 @@ class Laws:
         if len(begin) == 1:
             yield from self._begin_slip(terms, mode, drive, begin[0], around)
             return
-        for start in self._list_starts(terms, mode, drive, begin, around):
-            solution = self._begin_slips(terms, start, drive)
-            if solution is not None:
-                yield solution
+        start = self._find_start(terms, mode, drive, begin)
+        solution = None if start is None else self._begin_slips(terms, start, drive)
+        if solution is not None:
+            yield solution
 
-    def _list_starts(
-        self, terms: Terms, mode: Mode, drive: ModeProblem, begin: Sequence[int], around: Array
-    ) -> Iterator[Mode]:
-        """Yield a mode with directions near those in which several contacts begin to slip.
+    def _find_start(
+        self, terms: Terms, mode: Mode, drive: ModeProblem, begin: Sequence[int]
+    ) -> Mode | None:
+        """Return a mode with directions near those in which several contacts begin to slip.
 
-        Each begins near where it would if the others stuck. If these shared their friction in any
-        way, all begin near where they would without friction.
+        Friction takes away as much of the growth of slip as what presses allows: a fixed point of
+        projections on disks (Jean, Comput. Methods Appl. Mech. Eng. 177, 1999, 235).
         """
+        smooth = ElementState(SLIPS, (0.0, 0.0))
+        free = tuple(smooth if k in begin else state for k, state in enumerate(mode))
+        tangents = np.array([self.elements[k].tangents for k in begin]).ravel()
 
-        def put(states: Mode, k: int, state: ElementState) -> Mode:
-            return (*states[:k], state, *states[k + 1 :])
+        def respond(load: Array) -> Array:
+            pushed = drive._replace(load=load)
+            solution = solve(terms, self.elements, free, pushed, self.permanent)
+            if solution is None:
+                return np.full(len(tangents) + len(begin), np.nan)
+            gained, _ = find_gains(terms, solution.a, pushed)
+            limits = [
+                friction_limit(self.elements[k], terms.kinetic[k], solution.forces) for k in begin
+            ]
+            return np.concatenate([gained[tangents], limits])
 
-        sticking = tuple(ElementState(STICKS) if k in begin else s for k, s in enumerate(mode))
-        somewhere, nowhere = (ElementState(SLIPS, way) for way in ((1.0, 0.0), (0.0, 0.0)))
-        trials = [
-            solve(terms, self.elements, put(sticking, k, somewhere), drive, self.permanent)
-            for k in begin
-        ]
-        if not any(trial is not None and trial.redundant for trial in trials):
-            alone = [list(self._begin_slip(terms, sticking, drive, k, around)) for k in begin]
-            for starts in product(*alone):
-                for k, start in zip(begin, starts, strict=True):
-                    mode = put(mode, k, start.mode[k])
-                yield mode
-            return
-        smooth = tuple(nowhere if k in begin else state for k, state in enumerate(mode))
-        free = solve(terms, self.elements, smooth, drive, self.permanent)
-        if free is None:
-            return
-        gained, rounding = find_gains(terms, free.a, drive)
-        for k in begin:
-            tangents = list(self.elements[k].tangents)
-            slip, size = gained[tangents], np.linalg.norm(gained[tangents])
-            if size <= rounding[tangents].max():
-                return
-            mode = put(mode, k, ElementState(SLIPS, tuple((slip / size).tolist()), True))
-        yield mode
+        base = respond(drive.load)
+        slopes = np.array([respond(drive.load + terms.jacobian[r]) - base for r in tangents]).T
+        if not np.isfinite(slopes).all():
+            return None
+        step = 1.0 / (np.linalg.norm(slopes[: len(tangents)]) + TINY)
+        rub = np.zeros((len(begin), 2))
+        for _ in range(PROJECTIONS):
+            growth, limits = np.split(base + slopes @ rub.ravel(), [len(tangents)])
+            rub = rub - step * growth.reshape(-1, 2)
+            sizes = np.linalg.norm(rub, axis=1) + TINY
+            rub *= np.minimum(1.0, np.maximum(limits, 0.0) / sizes)[:, None]
+        states = list(mode)
+        for k, slip in zip(begin, -rub, strict=True):
+            states[k] = ElementState(SLIPS, tuple(slip.tolist()), True)
+        return tuple(states)
 
     def _begin_slips(self, terms: Terms, mode: Mode, drive: ModeProblem) -> ModeSolution | None:
-        """Return the solution next to the directions of slip that begins, each by the others'."""
+        """Return the solution next to a mode in which slip that begins goes along its growth."""
         begin = [k for k, state in enumerate(mode) if state.beginning]
-        solution = None
-        for _ in range(DIRECTION_SWEEPS):
-            before = [mode[k].direction for k in begin]
-            for k, (x, y) in zip(begin, before, strict=True):
-                near = atan2(y, x) + acos(SAME_WAY) * np.array([-1.0, 1.0])
-                solution = next(self._begin_slip(terms, mode, drive, k, near), None)
-                if solution is None:
-                    return None
-                mode = solution.mode
-            turned = np.subtract([mode[k].direction for k in begin], before)
-            if len(begin) == 1 or np.abs(turned).max() <= SAME_DIRECTION:
+        angles = np.array([atan2(*mode[k].direction[::-1]) for k in begin])
+        turns = TURN * np.eye(len(begin))
+        for _ in range(DIRECTION_STEPS):
+            solution, missed = self._head(terms, mode, drive, begin, angles)
+            columns = [self._head(terms, mode, drive, begin, angles + turn)[1] for turn in turns]
+            slopes = (np.array(columns) - missed).T / TURN
+            if not np.isfinite(slopes).all():
+                return None
+            turned = np.linalg.lstsq(slopes, missed, rcond=None)[0]
+            largest = np.abs(turned).max()
+            if largest <= SAME_DIRECTION:
                 return solution
+            angles = angles - turned * min(1.0, acos(SAME_WAY) / largest)
         return None
 
     def _begin_slip(
         self, terms: Terms, mode: Mode, drive: ModeProblem, k: int, angles: Array
     ) -> Iterator[ModeSolution]:
         """Yield the solutions in which a contact slips as slip grows, between two of the angles."""
-        tangents = list(self.elements[k].tangents)
-
-        def at(angle: float) -> ModeSolution | None:
-            state = ElementState(SLIPS, (float(np.cos(angle)), float(np.sin(angle))), True)
-            changed = (*mode[:k], state, *mode[k + 1 :])
-            return solve(terms, self.elements, changed, drive, self.permanent)
+        from scipy.optimize import brentq
 
         def across(angle: float) -> float:
-            solution = at(angle)
-            if solution is None:
-                return float("nan")
-            x, y = (terms.jacobian @ solution.a - drive.wanted)[tangents]
-            return float(np.cos(angle) * y - np.sin(angle) * x)
-
-        from scipy.optimize import brentq
+            return float(self._head(terms, mode, drive, [k], np.array([angle]))[1][0])
 
         values = [across(angle) for angle in angles]
         for low, high, a, b in zip(angles, angles[1:], values, values[1:], strict=False):
             if a * b <= 0 and a != b:
-                solution = at(float(brentq(across, low, high, xtol=1e-15, rtol=1e-15)))
-                if solution is not None:
-                    yield solution
+                with suppress(ValueError):  # the mode has no solution at an angle in between
+                    angle = np.array([brentq(across, low, high, xtol=1e-15, rtol=1e-15)])
+                    solution, _ = self._head(terms, mode, drive, [k], angle)
+                    if solution is not None:
+                        yield solution
+
+    def _head(
+        self, terms: Terms, mode: Mode, drive: ModeProblem, begin: Sequence[int], angles: Array
+    ) -> tuple[ModeSolution | None, Array]:
+        """Return the solution with slip along angles, and the growth across; shape (contacts,)."""
+        states, ways = list(mode), np.column_stack([np.cos(angles), np.sin(angles)])
+        for k, way in zip(begin, ways.tolist(), strict=True):
+            states[k] = ElementState(SLIPS, tuple(way), True)
+        solution = solve(terms, self.elements, tuple(states), drive, self.permanent)
+        if solution is None:
+            return None, np.full(len(begin), np.nan)
+        tangents = np.array([self.elements[k].tangents for k in begin])
+        x, y = (terms.jacobian @ solution.a - drive.wanted)[tangents].T
+        return solution, ways[:, 0] * y - ways[:, 1] * x
 
     def _is_sound(
         self,

@@ -228,26 +228,43 @@ export class Law {
     });
   }
 
-  // The solution in which slip that begins goes along the direction in which it grows, next to the
-  // mode's, each by those of the others; null if there is none.
+  // The solution next to a mode in which slip that begins goes along its growth; null if there is
+  // none.
   solveBegun(terms, mode, drive) {
     const begun = [...mode.keys()].filter((k) => mode[k].begins);
     if (!begun.length) return this.solve(terms, mode, drive);
-    const wide = Math.acos(this.tolerances.SAME_WAY);
-    let solved = null;
-    for (let sweep = 0; sweep < this.tolerances.DIRECTION_SWEEPS; sweep++) {
-      const before = begun.map((k) => mode[k].heading);
-      for (const [i, k] of begun.entries()) {
-        const angle = Math.atan2(before[i][1], before[i][0]);
-        const near = [angle - wide, angle + wide];
-        solved = this.beginSlip(terms, mode, drive, k, near).next().value;
-        if (!solved) return null;
-        mode = solved.mode;
-      }
-      const turned = begun.flatMap((k, i) => mode[k].heading.map((part, j) => part - before[i][j]));
-      if (begun.length === 1 || most(turned) <= this.tolerances.SAME_DIRECTION) return solved;
+    const { TURN, SAME_WAY, SAME_DIRECTION, DIRECTION_STEPS } = this.tolerances;
+    let angles = begun.map((k) => Math.atan2(mode[k].heading[1], mode[k].heading[0]));
+    for (let step = 0; step < DIRECTION_STEPS; step++) {
+      const [solved, missed] = this.head(terms, mode, drive, begun, angles);
+      const columns = angles.map((_, j) => {
+        const turned = angles.map((angle, i) => (i === j ? angle + TURN : angle));
+        return this.head(terms, mode, drive, begun, turned)[1];
+      });
+      const slopes = missed.map((rate, i) => columns.map((column) => (column[i] - rate) / TURN));
+      const turned = slopes.flat().every(Number.isFinite) ? eliminate(slopes, missed, 0) : null;
+      if (!turned) return null;
+      const largest = most(turned);
+      if (largest <= SAME_DIRECTION) return solved;
+      const part = Math.min(1, Math.acos(SAME_WAY) / largest);
+      angles = angles.map((angle, i) => angle - part * turned[i]);
     }
     return null;
+  }
+
+  // The solution with the slip of elements along angles, and what of its growth goes across.
+  head(terms, mode, drive, begin, angles) {
+    const headings = angles.map((angle) => [Math.cos(angle), Math.sin(angle)]);
+    const pointed = [...mode];
+    begin.forEach((k, i) => (pointed[k] = stand(SLIPS, headings[i], true)));
+    const solved = this.solve(terms, pointed, drive);
+    if (!solved) return [null, angles.map(() => NaN)];
+    const slip = (row) => dot(terms.slopes[row], solved.a) - drive.wanted[row];
+    const across = begin.map((k, i) => {
+      const [x, y] = this.elements[k].tangents.map(slip);
+      return headings[i][0] * y - headings[i][1] * x;
+    });
+    return [solved, across];
   }
 
   // What each element has left in its state, two numbers: its gap or what presses; the reserve of
@@ -427,70 +444,67 @@ export class Law {
       yield* this.beginSlip(terms, mode, drive, begin[0], around);
       return;
     }
-    for (const start of this.listStarts(terms, mode, drive, begin, around)) {
-      const solved = this.solveBegun(terms, start, drive);
-      if (solved) yield solved;
-    }
+    const start = this.findStart(terms, mode, drive, begin);
+    const solved = start && this.solveBegun(terms, start, drive);
+    if (solved) yield solved;
   }
 
-  // A mode with directions near those in which several contacts begin to slip: each where it would
-  // if the others stuck, or if these shared their friction in any way, all where they would without.
-  listStarts(terms, mode, drive, begin, around) {
-    const put = (choice) => mode.map((own, k) => (isSought(own) ? choice(k) : own));
-    const sticking = put(() => stand(STICKS));
-    const isDetermined = (k) =>
-      this.solve(terms, sticking.with(k, stand(SLIPS, [1, 0])), drive) !== null;
-    if (begin.every(isDetermined)) {
-      const alone = begin.map((k) => [...this.beginSlip(terms, sticking, drive, k, around)]);
-      return [...choose(alone)].map((starts) => put((k) => starts[begin.indexOf(k)].mode[k]));
-    }
-    const free = this.solve(
-      terms,
-      put(() => stand(SLIPS, [0, 0])),
-      drive,
-    );
-    if (!free) return [];
-    const [gained, sizes] = this.findGains(terms, drive, free.a);
-    const pointed = put((k) => {
-      const { tangents } = this.elements[k];
-      const slip = tangents.map((row) => gained[row]);
-      const size = Math.hypot(...slip);
-      const isRounding =
-        size <= this.tolerances.SLACK * Math.max(...tangents.map((row) => sizes[row]));
-      return isRounding
-        ? null
-        : stand(
-            SLIPS,
-            slip.map((part) => part / size),
-            true,
-          );
+  // A mode with directions near those in which several contacts begin to slip: friction takes away
+  // as much of the growth of slip as what presses allows, a fixed point of projections on disks.
+  findStart(terms, mode, drive, begin) {
+    const free = mode.map((state) => (isSought(state) ? stand(SLIPS, [0, 0]) : state));
+    const rows = begin.flatMap((k) => this.elements[k].tangents);
+    const limit = (k, forces) => {
+      const { pressing } = this.elements[k];
+      return terms.kinetic[k] * (pressing === null ? 1 : forces[pressing]);
+    };
+    const respond = (pushed) => {
+      const solved = this.solve(terms, free, pushed);
+      if (!solved) return null;
+      const [gained] = this.findGains(terms, pushed, solved.a);
+      return [...rows.map((row) => gained[row]), ...begin.map((k) => limit(k, solved.forces))];
+    };
+    const push = (row) => ({
+      ...drive,
+      load: drive.load.map((x, i) => x + terms.slopes[row][i]),
+      free: drive.free.map((x, i) => x + terms.steps[row][i]),
     });
-    return pointed.includes(null) ? [] : [pointed];
+    const [base, ...pushed] = [drive, ...rows.map(push)].map(respond);
+    if (!base || pushed.includes(null)) return null;
+    const slopes = pushed.map((answer) => answer.map((x, i) => x - base[i]));
+    const step = 1 / Math.hypot(...slopes.flatMap((column) => column.slice(0, rows.length)));
+    const rub = rows.map(() => 0);
+    for (let round = 0; round < this.tolerances.PROJECTIONS; round++) {
+      const now = base.map((x, i) =>
+        slopes.reduce((sum, column, j) => sum + column[i] * rub[j], x),
+      );
+      rub.forEach((_, i) => (rub[i] -= step * now[i]));
+      begin.forEach((_, i) => {
+        const size = Math.hypot(rub[2 * i], rub[2 * i + 1]);
+        const bound = Math.max(0, now[rows.length + i]);
+        const part = size > bound ? bound / size : 1;
+        rub[2 * i] *= part;
+        rub[2 * i + 1] *= part;
+      });
+    }
+    const headings = begin.map((_, i) => [-rub[2 * i], -rub[2 * i + 1]]);
+    return mode.map((state, k) =>
+      isSought(state) ? stand(SLIPS, headings[begin.indexOf(k)], true) : state,
+    );
   }
 
   // The solutions in which an element slips in the direction in which slip grows, between two of the
   // angles.
   *beginSlip(terms, mode, drive, k, angles) {
-    const { tangents } = this.elements[k];
-    const at = (angle) => {
-      const headed = stand(SLIPS, [Math.cos(angle), Math.sin(angle)], true);
-      const pointed = mode.map((state, i) => (i === k ? headed : state));
-      return this.solve(terms, pointed, drive);
-    };
-    const across = (angle) => {
-      const solved = at(angle);
-      const slip = (row) => dot(terms.slopes[row], solved.a) - drive.wanted[row];
-      const [x, y] = solved ? tangents.map(slip) : [NaN, NaN];
-      return Math.cos(angle) * y - Math.sin(angle) * x;
-    };
-    const values = angles.map(across);
+    const head = (angle) => this.head(terms, mode, drive, [k], [angle]);
+    const values = angles.map((angle) => head(angle)[1][0]);
     for (let i = 0; i < angles.length - 1; i++) {
       if (!(values[i] * values[i + 1] <= 0 && values[i] !== values[i + 1])) continue;
       let [low, high] = [angles[i], angles[i + 1]];
       for (let middle = (low + high) / 2; low < middle && middle < high; middle = (low + high) / 2)
-        if (across(middle) * values[i] > 0) low = middle;
+        if (head(middle)[1][0] * values[i] > 0) low = middle;
         else high = middle;
-      const solved = at(high);
+      const [solved] = head(high);
       if (solved) yield solved;
     }
   }
