@@ -17,7 +17,6 @@ __all__ = [
     "TRIPOD",
     "make_ball",
     "make_block",
-    "make_box",
     "make_braked",
     "make_buffer",
     "make_corner",
@@ -26,6 +25,7 @@ __all__ = [
     "make_rod",
     "make_sled",
     "make_slope",
+    "make_standing_box",
     "make_tow",
     "move_in_plane",
 ]
@@ -225,7 +225,7 @@ def make_pair() -> mq.Mechanism:
     )
 
 
-def make_box(
+def make_standing_box(
     mu: float,
     pull: float = 0.0,
     feet: Sequence[tuple[float, float]] = CORNERS,

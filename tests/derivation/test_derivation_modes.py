@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
-from sides import make_corner, make_sled
+from sides import TRIPOD, make_corner, make_sled, make_standing_box
 
 import mecanique as mq
 from mecanique.derivation import switching
@@ -566,6 +566,17 @@ def test_modes_too_long_to_be_read_are_told_by_the_equations_they_solve() -> Non
     at = States(replace(crank, switching=()), q, v, np.zeros(1), np.zeros((1, 3)))
     expected, _ = solve_mode(crank, states, at)
     np.testing.assert_allclose(solved[:, 0], expected[0, :4], rtol=1e-9, atol=0)
+
+
+def test_two_feet_that_stick_share_the_force_between_them_however_a_box_is_turned() -> None:
+    """Its modes without accelerations had numbers of 10³³, and code of them did not run."""
+    feet = [{"c0": OPEN, "c1": state, "c2": STICKS} for state in (STICKS, OPEN, SLIPS)]
+    both, alone, beside = mq.derive_modes(make_standing_box(0.3, feet=TRIPOD), only=feet).modes
+    assert both.remark == "its forces are not determined by rigid bodies"
+    for mode in (alone, beside):
+        assert "it is too long to be read" in mode.remark
+        numbers = [abs(n) for law in mode.unsolved for n in law.atoms(sp.Number)]
+        assert max(numbers) < 100
 
 
 def test_a_coefficient_after_stribeck_is_written_with_its_rate() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import ellipkinc
-from sides import TRIPOD, make_box, make_pair, make_slope, make_tow
+from sides import TRIPOD, make_pair, make_slope, make_standing_box, make_tow
 
 import mecanique as mq
 from mecanique.derivation.mechanics.switching import ElementRows, ElementState, Terms, name_mode
@@ -953,7 +953,7 @@ def test_a_motion_that_moves_no_mass_is_refused_where_something_touches() -> Non
 
 def test_what_stands_on_four_corners_presses_with_all_and_how_is_undetermined() -> None:
     """Two opposite corners were said to bear it, the others to be open."""
-    motion = mq.simulate(make_box(0.0), q={"free_z": 0.1}, duration=0.1)
+    motion = mq.simulate(make_standing_box(0.0), q={"free_z": 0.1}, duration=0.1)
     assert set(motion.modes[-1].states.values()) == {"closed"}
     corners = [motion.reactions(f"c{k}") for k in range(4)]
     assert {corner.undetermined for corner in corners} == {("force z",)}
@@ -984,10 +984,10 @@ def test_brakes_that_hold_together_have_no_forces_of_their_own() -> None:
 @pytest.mark.slow
 def test_a_box_in_space_sticks_below_its_friction_and_slides_as_a_block() -> None:
     """All corners slip one way, and lose mu g whatever their shares are."""
-    still = mq.simulate(make_box(0.3, pull=2.9), q={"free_z": 0.1}, duration=0.1)
+    still = mq.simulate(make_standing_box(0.3, pull=2.9), q={"free_z": 0.1}, duration=0.1)
     assert set(still.modes[-1].states.values()) == {"sticks"}
     start = {"q": {"free_z": 0.1}, "v": {"free_vx": 0.6, "free_vy": 0.8}}
-    motion = mq.simulate(make_box(0.3), **start, duration=0.3)  # type: ignore[arg-type]
+    motion = mq.simulate(make_standing_box(0.3), **start, duration=0.3)  # type: ignore[arg-type]
     assert {*motion.modes[0].states.values()} == {"slips"}
     way = 0.3 - 0.3 * G * 0.3**2 / 2
     np.testing.assert_allclose(motion.q[-1, :2], [0.6 * way, 0.8 * way], rtol=1e-10, atol=0)
@@ -998,7 +998,7 @@ def test_a_box_that_turns_as_it_slides_is_refused() -> None:
     """How its corners share its weight decides how much their friction turns it."""
     start = {"q": {"free_z": 0.1}, "v": {"free_vx": 1.0, "free_wz": 2.0}}
     with pytest.raises(mq.IntegrationError, match=r"modes? follow"):
-        mq.simulate(make_box(0.3), **start, duration=0.1)  # type: ignore[arg-type]
+        mq.simulate(make_standing_box(0.3), **start, duration=0.1)  # type: ignore[arg-type]
 
 
 def begin_tow(t: float, y: np.ndarray) -> np.ndarray:
@@ -1066,7 +1066,7 @@ def test_coins_begin_to_slip_in_space_at_once_or_one_while_the_other_begins(late
 @pytest.mark.slow
 def test_a_box_begins_to_slide_from_rest() -> None:
     """All corners slip one way from the start, and lose mu g whatever their shares are."""
-    motion = mq.simulate(make_box(0.3, pull=3.0), q={"free_z": 0.1}, duration=0.3)
+    motion = mq.simulate(make_standing_box(0.3, pull=3.0), q={"free_z": 0.1}, duration=0.3)
     assert {*motion.modes[0].states.values()} == {"slips"}
     way = (3.0 - 0.3 * G) * 0.3**2 / 2
     np.testing.assert_allclose(motion.q[-1, :3], [way, 0, 0.1], rtol=0, atol=1e-11)
@@ -1091,7 +1091,7 @@ def slide_on_tripod(t: float, y: np.ndarray) -> np.ndarray:
 
 @pytest.mark.slow
 def test_a_tripod_begins_to_turn_as_it_slides() -> None:
-    box = make_box(0.3, 3.2, TRIPOD, aside=0.1)
+    box = make_standing_box(0.3, 3.2, TRIPOD, aside=0.1)
     motion = mq.simulate(box, q={"free_z": 0.1}, duration=0.1, rtol=1e-11)
     times = [1e-6, 1e-3, 0.1]
     q, v = motion(times).q, motion(times).v
@@ -1110,6 +1110,6 @@ def test_a_tripod_begins_to_turn_as_it_slides() -> None:
 
 @pytest.mark.slow
 def test_corners_that_turn_as_they_begin_to_slip_are_refused() -> None:
-    box = make_box(0.3, pull=3.2, aside=0.1)
+    box = make_standing_box(0.3, pull=3.2, aside=0.1)
     with pytest.raises(mq.IntegrationError, match=r"2 modes follow at t = 0 s: c0 open, c1 slips"):
         mq.simulate(box, q={"free_z": 0.1}, duration=0.1)

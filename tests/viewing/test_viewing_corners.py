@@ -17,7 +17,6 @@ from sides import (
     TRIPOD,
     make_ball,
     make_block,
-    make_box,
     make_braked,
     make_buffer,
     make_corner,
@@ -25,6 +24,7 @@ from sides import (
     make_rod,
     make_sled,
     make_slope,
+    make_standing_box,
     make_tow,
     move_in_plane,
 )
@@ -305,7 +305,9 @@ def test_a_page_begins_to_slip_in_space_and_of_several_at_once(
 @pytest.mark.slow
 @needs_node
 @pytest.mark.parametrize(
-    "box", [make_box(0.3, 3.0), make_box(0.3, 3.2, TRIPOD, aside=0.1)], ids=["corners", "tripod"]
+    "box",
+    [make_standing_box(0.3, 3.0), make_standing_box(0.3, 3.2, TRIPOD, aside=0.1)],
+    ids=["corners", "tripod"],
 )
 def test_a_page_begins_to_slide_on_several_feet(box: mq.Mechanism, tmp_path: Path) -> None:
     motion = mq.simulate(box, q={"free_z": 0.1}, duration=0.1, rtol=1e-11)

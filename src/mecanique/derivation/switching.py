@@ -20,6 +20,7 @@ from typing import Any, Literal, NamedTuple, final
 
 import numpy as np
 
+from mecanique.arrays import rank_of
 from mecanique.derivation.mechanics.switching import (
     BACKWARD,
     CLOSED,
@@ -44,6 +45,7 @@ from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer, t
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.derivation.symbolic.lagrange import Lagrange
+from mecanique.derivation.tolerances import REDUNDANT
 from mecanique.errors import DerivationError
 from mecanique.model.constraints.friction import Contact, Friction, Stop, Switching
 from mecanique.model.expression import plain, symbols_in
@@ -359,7 +361,7 @@ def derive_modes(
         >>> print(mq.derive_modes(dry_block)["slips +"].conditions[0])
         while q1' > 0
     """
-    from sympy import Float, Matrix, Rational, Symbol, fraction, nan, sympify, zoo
+    from sympy import Float, Matrix, Rational, Symbol, nan, sympify, zoo
 
     _refuse_unwritten(mechanism)
     derivation = Lagrange(close_contacts(mechanism)).derivation()
@@ -374,7 +376,8 @@ def derive_modes(
     balance = balance.applyfunc(cosines.write)
     for row in rows:
         balance -= Matrix(row.slopes) * row.symbol
-    by_forces = _solve(list(balance), accelerations, {}) if cosines.meanings else None
+    turned = cosines.evaluate()
+    by_forces = _solve(list(balance), accelerations, {}, turned) if turned else None
     slips = [pair for forces in unknown for pair in forces.slip.items()]
     letters = dict(slips) | cosines.meanings
 
@@ -412,11 +415,11 @@ def derive_modes(
             # few equations for the forces are left, and accelerations are given by these
             pushes, moved = left[len(accelerations) :], laws[len(balance) :]
             laws = [cosines.reduce(law.xreplace(by_forces).xreplace(known)) for law in moved]
-            solution = _solve(laws, pushes, known) if pushes else known
+            solution = _solve(laws, pushes, known, turned) if pushes else known
             solution = cosines.add_accelerations(by_forces, solution, known)
         else:
-            solution = _solve(laws, left, known)
-        unsolved = () if solution is not None else tuple(fraction(law)[0] for law in laws)
+            solution = _solve(laws, left, known, turned)
+        unsolved = () if solution is not None else tuple(map(_clear, laws))
         if solution is None:  # conditions are told in the letters of its forces
             of_forces = {symbol: symbol for symbol in left if symbol in symbols}
             solution = (by_forces or {}) | known | of_forces
@@ -530,6 +533,19 @@ class _Cosines:
             whole = [*(A * A.T - eye(3)), *(A.T * A - eye(3)), *(x for row in turned for x in row)]
             # those of the third row remain, of a floor the components of the vertical
             self._relations += groebner(whole, *A[:6], *reversed(A[6:]), order="grevlex").exprs
+
+    def evaluate(self) -> dict[Any, float]:
+        """Return the cosines of axes turned in no way of meaning."""
+        generator, turned = np.random.default_rng(0), dict[Any, float]()
+        for quaternion in self._pairs:
+            values = generator.normal(size=4)
+            unit = dict(zip(quaternion, (values / np.linalg.norm(values)).tolist(), strict=True))
+            turned |= {
+                letter: float(formula.xreplace(unit))
+                for letter, formula in self.meanings.items()
+                if formula.free_symbols & unit.keys()
+            }
+        return turned
 
     def write(self, formula: Any) -> Any:
         """Return a formula with cosines in the place of products of two components."""
@@ -701,10 +717,13 @@ def _find_load(element: Switching) -> Any:
     return 1 if by is None else Symbol(force_symbol("N", by))
 
 
-def _solve(laws: list[Any], unknowns: list[Any], known: dict[Any, Any]) -> dict[Any, Any] | None:
+def _solve(
+    laws: list[Any], unknowns: list[Any], known: dict[Any, Any], turned: dict[Any, float]
+) -> dict[Any, Any] | None:
     """Return the unknowns, and those known by others; none where they are not determined.
 
-    Of a system whose solution is too long to be read, return None.
+    That is judged where direction cosines have the values of turned axes. Of a system whose
+    solution is too long to be read, return None.
     """
     from sympy import (
         Dummy,
@@ -722,7 +741,7 @@ def _solve(laws: list[Any], unknowns: list[Any], known: dict[Any, Any]) -> dict[
 
     count = len(unknowns)
     matrix, right = linear_eq_to_matrix([*laws, *known.values()], unknowns)
-    if _is_singular(matrix[:count, :]):
+    if _is_singular(matrix[:count, :], turned):
         return {}
     whole = Matrix.hstack(matrix, right)
     if any(call.args[0].is_Add for call in whole.atoms(sin, cos)):
@@ -750,6 +769,14 @@ def _solve(laws: list[Any], unknowns: list[Any], known: dict[Any, Any]) -> dict[
     return dict(zip([*unknowns, *known], short, strict=True))
 
 
+def _clear(law: Any) -> Any:
+    """Return a law without the letters of its denominator."""
+    from sympy import fraction
+
+    above, below = fraction(law)
+    return above / below.as_coeff_Mul()[0]
+
+
 def _count_terms(entry: Any) -> int:
     """Return the number of terms of a polynomial, which is a number where there are no letters."""
     return len(entry) if hasattr(entry, "terms") else int(bool(entry))
@@ -763,12 +790,16 @@ def _write_decimals(value: Any, *, everywhere: bool) -> Any:
     return value.xreplace({n: Float(n) for n in value.atoms(Rational) if n.q > longest})
 
 
-def _is_singular(matrix: Any) -> bool:
+def _is_singular(matrix: Any, turned: dict[Any, float]) -> bool:
     """Return whether a matrix of formulas has no inverse, by its rank at a state of no meaning."""
-    letters = sorted(matrix.free_symbols, key=str)
+    letters = sorted(matrix.free_symbols - turned.keys(), key=str)
     values = np.random.default_rng(0).uniform(0.5, 1.5, len(letters)).tolist()
-    numbers = matrix.subs(dict(zip(letters, values, strict=True))).evalf()
-    return bool(np.linalg.matrix_rank(np.array(numbers.tolist(), dtype=float)) < numbers.rows)
+    numbers = matrix.subs(dict(zip(letters, values, strict=True)) | turned).evalf()
+    scaled = np.array(numbers.tolist(), dtype=float)
+    for axis in (1, 0):  # rows and columns have units of their own
+        scaled /= np.linalg.norm(scaled, axis=axis, keepdims=True) + np.finfo(float).tiny
+    sizes = np.linalg.svd(scaled, compute_uv=False)
+    return rank_of(sizes, REDUNDANT) < len(scaled)
 
 
 @lru_cache(maxsize=1000)  # modes share most of their denominators, and many of their formulas
@@ -948,7 +979,7 @@ def _find_paradox(
     steps, across = [Dummy(f"step_{k}") for k in range(mass.rows)], Matrix(normal.slopes)
     push = across - ahead * mu * Matrix(tangents[0].slopes)
     laws = [*(mass * Matrix(steps) - push), opening - across.dot(Matrix(steps))]
-    solved = _solve(laws, [*steps, opening], {})
+    solved = _solve(laws, [*steps, opening], {}, {})
     if not solved:
         return
     opens = solved[opening]
