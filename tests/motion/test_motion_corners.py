@@ -16,6 +16,7 @@ from sides import TRIPOD, make_pair, make_slope, make_standing_box, make_tow
 import mecanique as mq
 from mecanique.derivation.mechanics.switching import ElementRows, ElementState, Terms, name_mode
 from mecanique.motion.motion import Motion
+from mecanique.motion.switching import law
 from mecanique.motion.switching.corners import Corners, ModePrograms
 from mecanique.motion.switching.rows import SwitchingRows
 
@@ -1106,6 +1107,14 @@ def test_a_tripod_begins_to_turn_as_it_slides() -> None:
     options: Any = {"method": "Radau", "rtol": 1e-11, "atol": 1e-13}
     known = solve_ivp(slide_on_tripod, (1e-3, 0.1), begun, **options).y[:, -1]
     np.testing.assert_allclose(last, known, rtol=0, atol=1e-9)
+
+
+def test_directions_that_are_not_found_are_said_to_be_sought(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(law, "DIRECTION_STEPS", 0)
+    with pytest.raises(mq.InputError, match=r"'c1', 'c2' may begin to slip in space at once, in d"):
+        mq.simulate(make_standing_box(0.3, 3.2, TRIPOD), q={"free_z": 0.1}, duration=0.1)
 
 
 @pytest.mark.slow
