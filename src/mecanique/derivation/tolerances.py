@@ -165,7 +165,7 @@ SAME_DIRECTION = 1e-13
 DIRECTION_STEPS = 30
 """Steps of Newton's method towards the directions in which slip begins."""
 
-TURN = 1e-6
+SMALL_TURN = 1e-6
 """Turn of a direction for slopes by differences: half of the digits of a number are left [rad]."""
 
 PROJECTIONS = 1000
@@ -182,7 +182,7 @@ SWITCHING = {
     "REDUNDANT": REDUNDANT,
     "SAME_ANSWER": SAME_ANSWER,
     "TURNED": TURNED,
-    "TURN": TURN,
+    "SMALL_TURN": SMALL_TURN,
     "PROJECTIONS": PROJECTIONS,
     "SAME_WAY": SAME_WAY,
     "BEGUN": BEGUN,

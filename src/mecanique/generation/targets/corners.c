@@ -376,10 +376,10 @@ static bool solve_begun(const Terms *k, const Drive *drive, double *mode, Solved
         if (!head(k, drive, mode, begin, number, angles, missed, solved)) return false;
         for (int j = 0; j < number; j++) {
             const double angle = angles[j];
-            angles[j] += TURN;
+            angles[j] += SMALL_TURN;
             if (!head(k, drive, mode, begin, number, angles, across, solved)) return false;
             angles[j] = angle;
-            for (int i = 0; i < number; i++) slopes[i * number + j] = (across[i] - missed[i]) / TURN;
+            for (int i = 0; i < number; i++) slopes[i * number + j] = (across[i] - missed[i]) / SMALL_TURN;
         }
         if (eliminate(number, 1, slopes, missed) < number) return false;
         for (int i = 0; i < number; i++) largest = fmax(largest, fabs(missed[i]));

@@ -50,7 +50,7 @@ from mecanique.derivation.tolerances import (
     SAME_DIRECTION,
     SAME_WAY,
     SLACK,
-    TURN,
+    SMALL_TURN,
     TURNED,
 )
 from mecanique.errors import InputError
@@ -384,11 +384,11 @@ class Laws:
         """Return the solution next to a mode in which slip that begins goes along its growth."""
         begin = [k for k, state in enumerate(mode) if state.beginning]
         angles = np.array([atan2(*mode[k].direction[::-1]) for k in begin])
-        turns = TURN * np.eye(len(begin))
+        turns = SMALL_TURN * np.eye(len(begin))
         for _ in range(DIRECTION_STEPS):
             solution, missed = self._head(terms, mode, drive, begin, angles)
             columns = [self._head(terms, mode, drive, begin, angles + turn)[1] for turn in turns]
-            slopes = (np.array(columns) - missed).T / TURN
+            slopes = (np.array(columns) - missed).T / SMALL_TURN
             if not np.isfinite(slopes).all():
                 return None
             turned = np.linalg.lstsq(slopes, missed, rcond=None)[0]

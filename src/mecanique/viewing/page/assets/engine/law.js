@@ -233,15 +233,17 @@ export class Law {
   solveBegun(terms, mode, drive) {
     const begun = [...mode.keys()].filter((k) => mode[k].begins);
     if (!begun.length) return this.solve(terms, mode, drive);
-    const { TURN, SAME_WAY, SAME_DIRECTION, DIRECTION_STEPS } = this.tolerances;
+    const { SMALL_TURN, SAME_WAY, SAME_DIRECTION, DIRECTION_STEPS } = this.tolerances;
     let angles = begun.map((k) => Math.atan2(mode[k].heading[1], mode[k].heading[0]));
     for (let step = 0; step < DIRECTION_STEPS; step++) {
       const [solved, missed] = this.head(terms, mode, drive, begun, angles);
       const columns = angles.map((_, j) => {
-        const turned = angles.map((angle, i) => (i === j ? angle + TURN : angle));
+        const turned = angles.map((angle, i) => (i === j ? angle + SMALL_TURN : angle));
         return this.head(terms, mode, drive, begun, turned)[1];
       });
-      const slopes = missed.map((rate, i) => columns.map((column) => (column[i] - rate) / TURN));
+      const slopes = missed.map((rate, i) =>
+        columns.map((column) => (column[i] - rate) / SMALL_TURN),
+      );
       const turned = slopes.flat().every(Number.isFinite) ? eliminate(slopes, missed, 0) : null;
       if (!turned) return null;
       const largest = most(turned);
