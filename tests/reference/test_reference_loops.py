@@ -37,12 +37,15 @@ from mecanique.model import (
 from mecanique.model.constraints.loops import CLOSED
 from mecanique.reference import Reference, assemble, assembly_branches, degrees_of_freedom
 from mecanique.reference.loops.assembly import (
+    DIGITS,
     _damped_step,
     _distance,
     _Search,
     close_velocity,
     displace,
+    newton,
     project,
+    refuse_open,
 )
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.closures import ScaledClosure
@@ -483,6 +486,29 @@ def test_the_branches_of_an_assembly_are_the_open_and_the_crossed_one() -> None:
             joint, rocker + 1.7 * np.array([np.cos(q[2]), np.sin(q[2])]), rtol=0, atol=1e-13
         )
     assert len(assembly_branches(textbook.load("cart_pole"))) == 1
+
+
+@pytest.mark.parametrize(("gap", "words"), [(5e-8, DIGITS), (5e-3, "try another guess")])
+def test_what_is_left_open_by_little_lacks_digits(gap: float, words: str) -> None:
+    closed = closed_of(four_bar())
+    with pytest.raises(ClosureError, match=words):
+        refuse_open(closed, np.array([0.0, gap]))
+
+
+def test_rates_of_gaps_of_a_landing_count_what_time_moves() -> None:
+    mechanism, random = spatial("weld"), np.random.default_rng(6)
+    closed, v = closed_of(mechanism), random.normal(size=mechanism.nv)
+    q, t = mechanism.position(random.normal(size=mechanism.nq)), 0.5
+    here = closed.closures.at(q, v, t)
+    assert np.abs(here.drift).max() > 0.1
+    metric = closed.measure(here.jacobian)
+
+    def least(J: np.ndarray, gaps: np.ndarray) -> np.ndarray:
+        return np.zeros(J.shape[1])
+
+    landing = newton(closed, q, v, t, metric, least, stagnant=0.5, sweeps=1)
+    expected = metric.rows * (here.jacobian @ v + here.drift)
+    np.testing.assert_allclose(landing.rates, expected, rtol=1e-13, atol=0)
 
 
 def test_each_of_two_linkages_has_two_branches() -> None:
