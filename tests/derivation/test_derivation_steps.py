@@ -32,11 +32,15 @@ PLATE = mq.Shape(m, (0.15, 0.1, -l), (J, 1.5 * J, 2 * J, 0, 0.03, 0))
 FALL = (0.4, 0.0, -9.81)
 
 
-SHAPES = {"b": (PLATE,), "p": (mq.particle(m).at((0.1, 0, -l)),)}
+SHAPES = {
+    "b": (PLATE,),
+    "p": (mq.particle(m).at((0.1, 0, -l)),),
+    "c": (mq.particle(m).at((0, 0, -l)),),
+}
 
 
 def build(name: str, *joints: mq.Joint, **parts: Any) -> mq.Mechanism:
-    """Return a mechanism of plates b1, b2 …, particles p1, p2 … and bodies without mass."""
+    """Return a mechanism of plates b1 …, particles p1 …, c1 … and bodies without mass."""
     names = [joint.child for joint in joints]
     bodies = [mq.Body(name, *SHAPES.get(name[0], ())) for name in names]
     return mq.Mechanism(
@@ -176,6 +180,11 @@ MECHANISMS = (
             mq.Force("wind", "p1", (0, 0, 0), (mq.coordinate("u") * mq.time(), 0.2, 0.3)),
         ),
         inputs=(mq.Input("u", 0.4 * mq.sin(3 * mq.time())),),
+    ),
+    build(
+        "conical pendulum",
+        mq.Universal("swing", "ground", "c1", names=("q", "theta")),
+        gravity=(0, 0, -9.81),
     ),
     build(
         "flying",
@@ -461,3 +470,18 @@ def test_free_bodies_are_told_with_all_that_acts_on_them(name: str, said: dict[s
 def test_equations_of_motion_are_told_by_their_law(name: str, method: str, law: str) -> None:
     text = " ".join(mq.derive(SAMPLES[name], method).text(steps=True).split())
     assert law in text.partition(". Equations of motion ")[2]
+
+
+@pytest.mark.parametrize(
+    ("name", "held"),
+    [
+        ("conical pendulum", ["R_swing_z"]),  # along the rod alone
+        ("ball", ["R_socket_x", "R_socket_y", "R_socket_z"]),
+        ("plate", ["R_pin_psi_x", "R_pin_psi_z", "M_floor_x", "M_floor_z"]),
+        ("flying", []),
+    ],
+)
+def test_joints_transmit_what_a_motion_needs(name: str, held: list[str]) -> None:
+    """A particle needs no moment about itself, and nothing where its joint is free."""
+    reactions = mq.derive(SAMPLES[name], "newton_euler").derivation.reactions
+    assert sorted(reactions) == sorted(held)
