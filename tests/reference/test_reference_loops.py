@@ -488,6 +488,17 @@ def test_the_branches_of_an_assembly_are_the_open_and_the_crossed_one() -> None:
     assert len(assembly_branches(textbook.load("cart_pole"))) == 1
 
 
+@pytest.mark.parametrize("speed", [1.7, 1e7])
+def test_a_velocity_that_may_be_kept_is_kept_at_any_speed(speed: float) -> None:
+    mechanism = four_bar()
+    closed, q = closed_of(mechanism), assemble(mechanism, START, keep=("phi",))
+    held = np.array([True, False, False])
+    v = close_velocity(closed, q, mechanism.velocity({"phi": speed}), 0.0, held)
+    assert v[0] == speed
+    J = closed.closures.at(q, v, 0.0).jacobian
+    np.testing.assert_allclose(J @ v, 0, rtol=0, atol=1e-14 * speed)
+
+
 @pytest.mark.parametrize(("gap", "words"), [(5e-8, DIGITS), (5e-3, "try another guess")])
 def test_what_is_left_open_by_little_lacks_digits(gap: float, words: str) -> None:
     closed = closed_of(four_bar())

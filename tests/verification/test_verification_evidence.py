@@ -773,6 +773,17 @@ def test_each_family_of_a_joint_moves_turns_or_tilts_it_as_it_says() -> None:
         assert f"({', '.join(f'{c:.6g}' for c in turned)})" in found["tilt"].say(x, x)
 
 
+def test_an_axis_along_another_is_reversed_once() -> None:
+    pendulum = mq.textbook.load("double_pendulum")
+    states = random_states(pendulum, 2, 0)
+    some = Evidence.of(pendulum, states, told_by(pendulum)(states))
+    assert some is not None
+    axis = np.array(pendulum.joints[0].axis)  # type: ignore[union-attr]  # a hinge's
+    tried = [change.tree.turns[0][:3, :3] @ axis for change in joints._axes(some, 0)]
+    turned = {tuple((x.round(9) + 0.0).tolist()) for x in tried}
+    assert len(turned) == len(tried) == 5
+
+
 def test_axes_are_reversed_one_by_one_or_together() -> None:
     readings = joints._readings(evidence(), ["one", "two"])
     where = [reading.where for reading in readings if reading.kind == "axis sign"]
