@@ -123,6 +123,8 @@ def test_a_torque_on_a_screw_by_its_name_is_the_moment_about_its_axis() -> None:
 
 
 def test_a_screw_is_renamed_by_its_angle() -> None:
+    hinge = mq.Revolute("hinge", "ground", "arm")
+    assert hinge.renamed(("angle",)).coordinates == ("angle",)
     thread = mq.textbook.load("screw_press").joint("thread")
     assert isinstance(thread, mq.Helical)
     assert thread.renamed(("way", "angle")).coordinates == ("angle_travel", "angle")

@@ -329,7 +329,7 @@ def test_a_bent_train_and_its_rack_mesh_at_every_pitch_point() -> None:
     b = a + 0.25 * np.array([np.cos(0.4), np.sin(0.4), 0])
     c = b + 0.2 * np.array([np.cos(2.0), np.sin(2.0), 0])
     along, down = np.array([np.cos(1.2), np.sin(1.2), 0]), np.array([np.sin(1.2), -np.cos(1.2), 0])
-    start, point = c + 0.05 * down + 0.1 * along, (0.03, -0.02, 0.04)
+    start = c + 0.05 * down + 0.1 * along
     frames = [
         Placement(tuple(place), turned)
         for place, turned in zip(
@@ -337,6 +337,8 @@ def test_a_bent_train_and_its_rack_mesh_at_every_pitch_point() -> None:
         )
     ]
     turn = np.array(Placement(rpy=(0.5, -0.3, 1.2)).rotation, dtype=float)
+    # the rack's frame on the other side of the wheel
+    point = (turn.T @ (0.3 * down - 0.2 * along)).tolist()
     bed = Placement(tuple(start - turn @ point), (0.5, -0.3, 1.2))
     x, y, z = (along @ turn).tolist()
     machine = Mechanism(

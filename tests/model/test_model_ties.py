@@ -291,7 +291,7 @@ def hoist() -> mq.Mechanism:
 def turned(
     mechanism: mq.Mechanism, place: mq.Placement, turns: Mapping[str, np.ndarray]
 ) -> mq.Mechanism:
-    """The whole of it elsewhere in the world, and its bodies in turned frames."""
+    """The whole of it elsewhere in the world, its bodies in turned frames, without its map."""
     back = {body: np.eye(4) for body in turns}
     for body, turn in turns.items():
         back[body][:3, :3] = turn
@@ -322,7 +322,12 @@ def turned(
             slide = mechanism.joint(element.other)
             element = replace(element, point=carried(slide.child, element.point))
         elements.append(element)
-    return replace(mechanism, joints=tuple(joints), elements=tuple(elements))
+    return replace(
+        mechanism,
+        joints=tuple(joints),
+        elements=tuple(elements),
+        coordinates=Coordinates(mechanism.coordinates.names),
+    )
 
 
 @pytest.mark.parametrize(

@@ -170,6 +170,14 @@ def test_a_limit_of_stability_knows_its_side_and_its_value(name: str) -> None:
     assert rows[2].residual == pytest.approx(1e-3, rel=0.1)
 
 
+def test_a_motion_ends_with_the_velocity_it_has_then() -> None:
+    ball, t = entry("bouncing_ball"), 0.3
+    end = {"z": 1 - 9.81 * t**2 / 2, "z'": -9.81 * t, "after z'": -9.81 * t, "t": t}
+    falling = replace(ball, duration=t, facts=(Occurs("", "end", lambda s: end),))
+    (row,) = check_facts(falling, simulate=mq.simulate)
+    assert row.residual == pytest.approx(0, abs=1e-9)
+
+
 @pytest.mark.parametrize("described", [True, False])
 def test_a_reaction_includes_what_nothing_describes(described: bool) -> None:
     """The force of a guide is known apart from it with an element, and together without one."""
