@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import ellipkinc
-from sides import TRIPOD, make_pair, make_slope, make_standing_box, make_tow
+from sides import CORNERS, TRIPOD, make_pair, make_slope, make_standing_box, make_tow
 
 import mecanique as mq
 from mecanique.derivation.mechanics.switching import ElementRows, ElementState, Terms, name_mode
@@ -1073,7 +1074,7 @@ def test_a_box_begins_to_slide_from_rest() -> None:
     np.testing.assert_allclose(motion.q[-1, :3], [way, 0, 0.1], rtol=0, atol=1e-11)
 
 
-def slide_on_tripod(t: float, y: np.ndarray) -> np.ndarray:
+def slide_on_tripod(t: float, y: np.ndarray, pull: float = 3.2) -> np.ndarray:
     """Return the rates of a box on three feet, pulled beside its center: (x, y, psi, x', y', psi').
 
     Each foot's friction is against its slip; balances of weight and moments give what they bear.
@@ -1086,8 +1087,8 @@ def slide_on_tripod(t: float, y: np.ndarray) -> np.ndarray:
     forces = np.linalg.solve([np.ones(3), *moments], [G, 0, 0])
     moment = at[:, 0] * rub[:, 1] - at[:, 1] * rub[:, 0]
     lever = turn @ [0, 0.1]
-    spin = (forces @ moment - lever[1] * 3.2) / (2 * 0.4**2 / 12)
-    return np.array([*y[3:], *(forces @ rub + [3.2, 0]), spin])
+    spin = (forces @ moment - lever[1] * pull) / (2 * 0.4**2 / 12)
+    return np.array([*y[3:], *(forces @ rub + [pull, 0]), spin])
 
 
 @pytest.mark.slow
@@ -1115,6 +1116,43 @@ def test_directions_that_are_not_found_are_said_to_be_sought(
     monkeypatch.setattr(law, "DIRECTION_STEPS", 0)
     with pytest.raises(mq.InputError, match=r"'c1', 'c2' may begin to slip in space at once, in d"):
         mq.simulate(make_standing_box(0.3, 3.2, TRIPOD), q={"free_z": 0.1}, duration=0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("feet", [CORNERS, TRIPOD], ids=["corners", "tripod"])
+def test_a_box_slides_straight_until_it_stops(feet: tuple[tuple[float, float], ...]) -> None:
+    """Next to its end errors of steps were a rate of 10⁻³ rad/s, and four feet did not stop."""
+    start = {"q": {"free_z": 0.1}, "v": {"free_vx": 0.6, "free_vy": 0.8}}
+    motion = mq.simulate(make_standing_box(0.3, feet=feet), **start, duration=0.4)  # type: ignore[arg-type]
+    assert [{*span.states.values()} for span in motion.modes] == [{"slips"}, {"sticks"}]
+    end = 1.0 / (0.3 * G)
+    assert motion.modes[1].begin == pytest.approx(end, rel=1e-10)
+    times = np.concatenate([np.linspace(0.2, end, 20), [0.4]])
+    speeds = np.maximum(1.0 - 0.3 * G * times, 0.0)
+    known = np.zeros((len(times), 6))
+    known[:, :2] = speeds[:, None] * [0.6, 0.8]
+    np.testing.assert_allclose(motion(times).v, known, rtol=0, atol=1e-6)
+    way = 1.0 / (2 * 0.3 * G)
+    np.testing.assert_allclose(motion.q[-1, :2], [0.6 * way, 0.8 * way], rtol=1e-9, atol=0)
+
+
+@pytest.mark.slow
+def test_a_tripod_spins_as_it_slides_to_a_stop() -> None:
+    start = {"q": {"free_z": 0.1}, "v": {"free_vx": 0.6, "free_wz": 2.0}}
+    box = make_standing_box(0.3, feet=TRIPOD)
+    motion = mq.simulate(box, **start, duration=0.5, rtol=1e-10)  # type: ignore[arg-type]
+    end = motion.modes[1].begin
+    # up to 1e-4 of its speed
+    times = end * (1 - np.geomspace(1, 1e-4, 30))
+    options: Any = {"method": "Radau", "rtol": 1e-11, "atol": 1e-13, "t_eval": times[1:]}
+    free = partial(slide_on_tripod, pull=0.0)
+    known = solve_ivp(free, (0, times[-1]), [0, 0, 0, 0.6, 0, 2.0], **options).y
+    q, v = motion(times[1:]).q, motion(times[1:]).v
+    angle = 2 * np.arctan2(q[:, 5], q[:, 6])
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    speeds = np.einsum("ijn,nj->ni", turn, v[:, :2])
+    states = np.column_stack([q[:, :2], angle, speeds, v[:, 5]])
+    np.testing.assert_allclose(states, known.T, rtol=0, atol=1e-7)
 
 
 @pytest.mark.slow

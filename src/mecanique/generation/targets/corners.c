@@ -1011,8 +1011,8 @@ static bool rest(double t, double *y, const double *p, const bool *touching, con
 static bool is_decided(int count, const char *what, double t, char *words)
 {
     if (count < 0)
-        snprintf(words, SENTENCE, "contacts may begin to slip in space at once at t = %.9g s, in "
-                 "directions that depend on each other and were not found", t);
+        snprintf(words, SENTENCE, "no mode follows at t = %.9g s whose forces rigid bodies determine, and "
+                 "no directions were found in which contacts begin to slip in space at once", t);
     else if (count != 1)
         snprintf(words, SENTENCE, what, count, t);
     return count == 1;

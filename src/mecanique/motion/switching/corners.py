@@ -57,7 +57,7 @@ from mecanique.model.parameters import Input
 from mecanique.motion.compile.python import list_values, scalar
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Event, Margin, ModeSpan, Occurrence
-from mecanique.motion.switching.law import Laws, ModeSolution, UndecidedError, find_gains
+from mecanique.motion.switching.law import Laws, ModeSolution, UndecidedError, find_gains, is_slow
 from mecanique.motion.switching.rows import SwitchingRows
 from mecanique.motion.tolerances import BY_PROGRAM, TINY
 from mecanique.program.traced import values_of
@@ -215,6 +215,7 @@ class Corners:
         # from when to when the program of the last mode asked for holds; hashing a mode takes time
         self._present_program: tuple[float, float, ModeProgram | None] = (inf, -inf, None)
         self._slow = 0.0  # of slip in space, that which the engine follows
+        self._slow_slip = 0.0  # its speed as it begins, and as it is about to end
         self._writer = ModePrograms(self.rows)
         self._terms: Callable[[float, Array], Terms] | None = None
         self._at_once = 0
@@ -400,6 +401,9 @@ class Corners:
                 margins[k, 0] += pull
             if state.name == STICKS:
                 margins[k, 1] += pull
+            if state.name == SLIPS and not state.beginning:  # it has turned, or is about to end
+                slip = margins[k, 1] / (1.0 - TURNED)
+                margins[k, 1] = min(margins[k, 1], slip - 0.8 * self._slow_slip)
         return margins
 
     def _refuse_decisive_shares(
@@ -501,11 +505,11 @@ class Corners:
             return (
                 mode[k].name == OPEN and not met and terms.rates[row] > self.still_speed(terms, v)
             )
-        if mode[k].beginning or not self._is_turning(terms, k, v, mode[k]):
+        if mode[k].beginning or not self._is_turning(
+            terms, k, v, mode, self.laws.solve(terms, mode)
+        ):
             return False
-        self._times.append(t)
-        self._modes.append(self.laws.along_slip(terms, mode))
-        self._present_program = (inf, -inf, None)
+        self._turn(t, terms, mode, k)
         return True
 
     def switch(self, t: float, y: Array, event: Event) -> tuple[Array, list[Occurrence]]:
@@ -524,6 +528,9 @@ class Corners:
         touching = [self._is_touching(terms, i, mode[i]) for i in range(len(self.elements))]
         forbidden, spent = frozenset[tuple[int, str]](), None
         solution = self.laws.solve(terms, mode)
+        if which == 1 and self._is_turning(terms, k, v, mode, solution):
+            self._turn(t, terms, mode, k)
+            return y, []
         yields = state.name == STICKS if which else state.name != OPEN
         shared = solution is not None and solution.redundant and yields
         shared = shared and self._is_inside(terms, k)
@@ -547,9 +554,11 @@ class Corners:
                 spent = k
             else:
                 forbidden = frozenset({(k, STICKS)})
-        elif not shared and not self._is_turning(terms, k, v, state):
-            # the slip, which is zero to rounding, is zero
-            y = self._project(t, y, (*mode[:k], ElementState(STICKS), *mode[k + 1 :]))
+        elif not shared:
+            # the slip, which is zero to rounding, is zero, and so is that of contacts beside it
+            ended = {k, *self._list_ended(terms, mode, solution, v)}
+            stuck = (ElementState(STICKS) if i in ended else s for i, s in enumerate(mode))
+            y = self._project(t, y, tuple(stuck))
         begun = self._list_begun(terms, solution, v) - {(k, STICKS)}
         return self._change(t, y, touching, forbidden, spent, begun)
 
@@ -574,12 +583,38 @@ class Corners:
                 begun.add((k, STICKS))
         return frozenset(begun)
 
-    def _is_turning(self, terms: Terms, k: int, v: Array, state: ElementState) -> bool:
+    def _is_turning(
+        self, terms: Terms, k: int, v: Array, mode: Mode, solution: ModeSolution | None
+    ) -> bool:
         """Return whether slip in space goes on in another direction."""
-        slip = terms.rates[list(self.elements[k].tangents)]
-        size = float(np.linalg.norm(slip))
-        ahead = state.name == SLIPS and slip @ np.array(state.direction) > SAME_WAY * size
-        return bool(ahead) and size > self.still_speed(terms, v)
+        slip, state = terms.rates[list(self.elements[k].tangents)], mode[k]
+        ahead = state.name == SLIPS and slip @ np.array(
+            state.direction
+        ) > SAME_WAY * np.linalg.norm(slip)
+        return bool(ahead) and k not in self._list_ended(terms, mode, solution, v)
+
+    def _turn(self, t: float, terms: Terms, mode: Mode, k: int) -> None:
+        """Go on in a mode with the directions of slip of a state; that of an element has begun."""
+        mode = (*mode[:k], replace(mode[k], beginning=False), *mode[k + 1 :])
+        self._times.append(t)
+        self._modes.append(self._mark_slow_slip(terms, self.laws.along_slip(terms, mode)))
+        self._present_program = (inf, -inf, None)
+
+    def _list_ended(
+        self, terms: Terms, mode: Mode, solution: ModeSolution | None, v: Array
+    ) -> list[int]:
+        """Return what slips in space no faster than rounding.
+
+        Where contacts of a body share forces, errors of steps turn it as it stops, and what slips
+        no faster than these ends with the others.
+        """
+        shared = solution is not None and solution.redundant
+        slow = (self._find_error if shared else self.still_speed)(terms, v)
+        return [
+            k
+            for k, (element, state) in enumerate(zip(self.elements, mode, strict=True))
+            if state.name == SLIPS and is_slow(terms, element, slow)
+        ]
 
     def _is_touching(self, terms: Terms, k: int, state: ElementState | None = None) -> bool:
         element, closed = self.elements[k], state is not None and state.name != OPEN
@@ -683,13 +718,8 @@ class Corners:
         mode = solution.mode
         y = self._project(t, np.concatenate([q, v]), mode)
         q, v = y[: self._nq], y[self._nq :]
-        for k, state in enumerate(mode):
-            # where another element switches meanwhile, slip that begins still does; half, as at the
-            # speed itself it has begun
-            speed = np.linalg.norm(terms.rates[list(self.elements[k].tangents)])
-            slow = state.name == SLIPS and speed < 0.5 * BEGUN * still
-            if slow and old and old[k].beginning:
-                mode = (*mode[:k], replace(state, beginning=True), *mode[k + 1 :])
+        self._slow_slip = 0.5 * BEGUN * still  # half, as at the speed itself it has begun
+        mode = self._mark_slow_slip(terms, mode)
         for k, state in enumerate(mode):
             if old and old[k].name != state.name:
                 said = f"{self.elements[k].name}: {state.name}"
@@ -698,6 +728,15 @@ class Corners:
         self._modes.append(mode)
         self._present_program = (inf, -inf, None)
         return y, occurrences
+
+    def _mark_slow_slip(self, terms: Terms, mode: Mode) -> Mode:
+        """Return a mode in which slow slip in space begins or ends, along or against its growth."""
+        return tuple(
+            replace(state, beginning=True)
+            if state.name == SLIPS and is_slow(terms, element, self._slow_slip)
+            else state
+            for element, state in zip(self.elements, mode, strict=True)
+        )
 
     def still_speed(self, terms: Terms, v: Array) -> float:
         """Return the speed below which a row's rate is rounding."""

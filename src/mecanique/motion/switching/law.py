@@ -143,6 +143,11 @@ def solve(
     return ModeSolution(mode, *solved, held.friction.T @ null)
 
 
+def is_slow(terms: Terms, element: ElementRows, speed: float) -> bool:
+    """Return whether an element slips no faster than a speed [m/s]."""
+    return bool(np.linalg.norm(terms.rates[list(element.tangents)]) <= speed)
+
+
 def find_gains(
     terms: Terms, a: Array, drive: ModeProblem, still: float = 0.0
 ) -> tuple[Array, Array]:
@@ -391,7 +396,8 @@ class Laws:
             slopes = (np.array(columns) - missed).T / SMALL_TURN
             if not np.isfinite(slopes).all():
                 return None
-            turned = np.linalg.lstsq(slopes, missed, rcond=None)[0]
+            # where friction alone acts, all directions may turn together: slopes are rounding
+            turned = np.linalg.lstsq(slopes, missed, rcond=SMALL_TURN)[0]
             largest = np.abs(turned).max()
             if largest <= SAME_DIRECTION:
                 return solution

@@ -428,8 +428,8 @@ export class Law {
     const several = solveEach(together);
     if (several.length) return several;
     throw new Undecided(
-      "where contacts may begin to slip in space at once, in directions that depend on each other " +
-        "and were not found",
+      "where no mode follows whose forces rigid bodies determine, and no directions were found in " +
+        "which contacts begin to slip in space at once",
     );
   }
 
