@@ -392,12 +392,18 @@ class Laws:
         turns = SMALL_TURN * np.eye(len(begin))
         for _ in range(DIRECTION_STEPS):
             solution, missed = self._head(terms, mode, drive, begin, angles)
+            if solution is None:
+                return None
+            scale = float(find_gains(terms, solution.a, drive)[1].max()) / SLACK
             columns = [self._head(terms, mode, drive, begin, angles + turn)[1] for turn in turns]
             slopes = (np.array(columns) - missed).T / SMALL_TURN
             if not np.isfinite(slopes).all():
                 return None
-            # where friction alone acts, all directions may turn together: slopes are rounding
-            turned = np.linalg.lstsq(slopes, missed, rcond=SMALL_TURN)[0]
+            # where friction alone acts, directions may turn together: what slopes are left of that
+            # are rounding of differences
+            left, sizes, right = np.linalg.svd(slopes)
+            rank = int((sizes > SMALL_TURN * scale).sum())
+            turned = right[:rank].T @ (left[:, :rank].T @ missed / sizes[:rank])
             largest = np.abs(turned).max()
             if largest <= SAME_DIRECTION:
                 return solution
