@@ -394,6 +394,7 @@ class Corners:
                     slow, speed = self.still_speed(terms, v), margins[k, 1]
                     margins[k, 1] = min(slow + speed, BEGUN * slow - speed)
         pull = DEAD * load + LEAST_MARGIN
+        several = sum(state.name == SLIPS for state in mode) > 1
         for k, state in enumerate(mode):
             if state.name == OPEN:
                 margins[k, 0] += EVEN * self.length
@@ -401,7 +402,7 @@ class Corners:
                 margins[k, 0] += pull
             if state.name == STICKS:
                 margins[k, 1] += pull
-            if state.name == SLIPS and not state.beginning:  # it has turned, or is about to end
+            if several and state.name == SLIPS and not state.beginning:  # it may be about to end
                 slip = margins[k, 1] / (1.0 - TURNED)
                 margins[k, 1] = min(margins[k, 1], slip - 0.8 * self._slow_slip)
         return margins
@@ -556,7 +557,7 @@ class Corners:
                 forbidden = frozenset({(k, STICKS)})
         elif not shared:
             # the slip, which is zero to rounding, is zero, and so is that of contacts beside it
-            ended = {k, *self._list_ended(terms, mode, solution, v)}
+            ended = {k, *self._list_slow_slips(terms, mode, solution, v)}
             stuck = (ElementState(STICKS) if i in ended else s for i, s in enumerate(mode))
             y = self._project(t, y, tuple(stuck))
         begun = self._list_begun(terms, solution, v) - {(k, STICKS)}
@@ -591,16 +592,16 @@ class Corners:
         ahead = state.name == SLIPS and slip @ np.array(
             state.direction
         ) > SAME_WAY * np.linalg.norm(slip)
-        return bool(ahead) and k not in self._list_ended(terms, mode, solution, v)
+        return bool(ahead) and k not in self._list_slow_slips(terms, mode, solution, v)
 
     def _turn(self, t: float, terms: Terms, mode: Mode, k: int) -> None:
         """Go on in a mode with the directions of slip of a state; that of an element has begun."""
         mode = (*mode[:k], replace(mode[k], beginning=False), *mode[k + 1 :])
         self._times.append(t)
-        self._modes.append(self._mark_slow_slip(terms, self.laws.along_slip(terms, mode)))
+        self._modes.append(self._mark_slow_slip(terms, self.laws.along_slip(terms, mode), mode))
         self._present_program = (inf, -inf, None)
 
-    def _list_ended(
+    def _list_slow_slips(
         self, terms: Terms, mode: Mode, solution: ModeSolution | None, v: Array
     ) -> list[int]:
         """Return what slips in space no faster than rounding.
@@ -719,7 +720,7 @@ class Corners:
         y = self._project(t, np.concatenate([q, v]), mode)
         q, v = y[: self._nq], y[self._nq :]
         self._slow_slip = 0.5 * BEGUN * still  # half, as at the speed itself it has begun
-        mode = self._mark_slow_slip(terms, mode)
+        mode = self._mark_slow_slip(terms, mode, old)
         for k, state in enumerate(mode):
             if old and old[k].name != state.name:
                 said = f"{self.elements[k].name}: {state.name}"
@@ -729,14 +730,19 @@ class Corners:
         self._present_program = (inf, -inf, None)
         return y, occurrences
 
-    def _mark_slow_slip(self, terms: Terms, mode: Mode) -> Mode:
-        """Return a mode in which slow slip in space begins or ends, along or against its growth."""
-        return tuple(
-            replace(state, beginning=True)
-            if state.name == SLIPS and is_slow(terms, element, self._slow_slip)
-            else state
-            for element, state in zip(self.elements, mode, strict=True)
-        )
+    def _mark_slow_slip(self, terms: Terms, mode: Mode, old: Mode) -> Mode:
+        """Return a mode in which slow slip in space goes along or against its growth.
+
+        It does so from its beginning; and as it ends where several slip, whose slow slip is turned
+        by errors of steps.
+        """
+        several = sum(state.name == SLIPS for state in mode) > 1
+        marked = list(mode)
+        for k, (element, state) in enumerate(zip(self.elements, mode, strict=True)):
+            begins = state.beginning or several or (old and old[k].beginning)
+            if state.name == SLIPS and begins and is_slow(terms, element, self._slow_slip):
+                marked[k] = replace(state, beginning=True)
+        return tuple(marked)
 
     def still_speed(self, terms: Terms, v: Array) -> float:
         """Return the speed below which a row's rate is rounding."""
