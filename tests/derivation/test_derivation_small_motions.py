@@ -206,3 +206,9 @@ def test_quaternions_at_rest_upright_are_numbers() -> None:
         (line,) = (line for line in lines if f"s_w{axis}'" in line)
         inertia, weight = (float(term.split()[0]) for term in line.partition(" = ")[0].split(" + "))
         assert weight / inertia == pytest.approx(m * 10 * h / moment, rel=1e-12)
+
+
+@pytest.mark.parametrize(("name", "damped"), [("simple_pendulum", 0), ("base_excited_mass", 1)])
+def test_damping_is_spoken_of_where_there_is_some(name: str, damped: int) -> None:
+    said = derive_system(name).text(steps=True)
+    assert said.count("Without damping it would oscillate") == damped

@@ -236,6 +236,14 @@ def test_a_wrong_fact_of_a_motion_is_seen() -> None:
     assert len(check_facts(replace(ball, facts=(late, wrong)))) == 1
 
 
+def test_what_should_last_is_off_by_part_of_its_first_value() -> None:
+    ball = entry("bouncing_ball")
+    (row,) = check_facts(
+        replace(ball, facts=(Lasting("", lambda s: [1.0 + s.t]),)), simulate=mq.simulate
+    )
+    assert row.residual == pytest.approx(ball.duration, rel=1e-12)
+
+
 def test_facts_of_a_motion_are_off_by_the_largest_relative_difference() -> None:
     """Of a ball dropped from 1 m, e = 0.8; what is zero is compared with the others."""
     ball = entry("bouncing_ball")
