@@ -94,7 +94,7 @@ DETERMINED = 1e-9
 LOOSE = 1e-8
 """A component is determined if its self-stress is below this part of the largest: about √ε."""
 
-WHOLE = 0.999_999_999
+WHOLE = 1 - 1e-9
 """A direction lies within a space if this part of its length does."""
 
 EXPLAINED = 1e-6

@@ -395,6 +395,7 @@ def _drift(bench: Bench, fact: Conserved) -> float:
             moved = at.copy()
             moved[k] += _IMAGINARY_STEP * 1j
             value = np.atleast_1d(fact.formula(bench.numbers(moved[:nq], moved[nq:-1], moved[-1])))
+            # all are relative to one another, so the step is not divided out
             parts.append(np.imag(value) * slope)
             depends |= bool(np.any(np.imag(value)))
         rates.append(np.abs(np.sum(parts, axis=0)))

@@ -535,7 +535,7 @@ class TreeRecursion:
         # Force and moment are in the world's axes
         seat = self.seats[body]
         if seat.place < 0:
-            return LinkWrench(seat.place, STILL, STILL)
+            return LinkWrench(-1, STILL, STILL)
         pose = self.poses[seat.place]
         turned = apply_transpose(pose, force)
         # by the arm in the link: differences of places in the world lose digits far from its origin

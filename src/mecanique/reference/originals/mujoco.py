@@ -93,4 +93,5 @@ def _free(q: Array, v: Array) -> tuple[Array, Array, Array]:
     """Velocities are the origin's in world axes, then the angular velocity in the body's."""
     _, linear, drift = turning(q, v)
     T = np.vstack([linear, np.eye(6)[3:]])
+    # the quaternion with w first
     return q[[0, 1, 2, 6, 3, 4, 5]], T, np.append(drift, np.zeros(3))
