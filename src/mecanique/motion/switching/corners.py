@@ -402,7 +402,8 @@ class Corners:
                 margins[k, 0] += pull
             if state.name == STICKS:
                 margins[k, 1] += pull
-            if several and state.name == SLIPS and not state.beginning:  # it may be about to end
+            if several and state.name == SLIPS and not state.beginning:
+                # it is about to end a little below the speed at which it is marked as slow
                 slip = margins[k, 1] / (1.0 - TURNED)
                 margins[k, 1] = min(margins[k, 1], slip - 0.8 * self._slow_slip)
         return margins
@@ -588,11 +589,10 @@ class Corners:
         self, terms: Terms, k: int, v: Array, mode: Mode, solution: ModeSolution | None
     ) -> bool:
         """Return whether slip in space goes on in another direction."""
-        slip, state = terms.rates[list(self.elements[k].tangents)], mode[k]
-        ahead = state.name == SLIPS and slip @ np.array(
-            state.direction
-        ) > SAME_WAY * np.linalg.norm(slip)
-        return bool(ahead) and k not in self._list_slow_slips(terms, mode, solution, v)
+        if mode[k].name != SLIPS or k in self._list_slow_slips(terms, mode, solution, v):
+            return False
+        slip = terms.rates[list(self.elements[k].tangents)]
+        return bool(slip @ np.array(mode[k].direction) > SAME_WAY * np.linalg.norm(slip))
 
     def _turn(self, t: float, terms: Terms, mode: Mode, k: int) -> None:
         """Go on in a mode with the directions of slip of a state; that of an element has begun."""

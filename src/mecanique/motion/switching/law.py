@@ -10,7 +10,6 @@ The velocities after an impact follow from its impulses by the same conditions.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import product
 from math import acos, atan2, hypot, prod
@@ -231,7 +230,7 @@ class Laws:
             choices.append([s for s in states if (k, s.name) not in forbidden])
             if touching[k] and element.struck and terms.rates[element.normal] <= still:
                 near.add(k)
-            if np.linalg.norm(terms.rates[list(element.tangents)]) <= still:
+            if is_slow(terms, element, still):
                 beginning.add(k)
         drive = accelerate(terms, self.elements)
         solutions = self._solve_all(terms, choices, drive, near, beginning, 0.0, ended, error)
@@ -422,11 +421,13 @@ class Laws:
         values = [across(angle) for angle in angles]
         for low, high, a, b in zip(angles, angles[1:], values, values[1:], strict=False):
             if a * b <= 0 and a != b:
-                with suppress(ValueError):  # the mode has no solution at an angle in between
+                try:
                     angle = np.array([brentq(across, low, high, xtol=1e-15, rtol=1e-15)])
-                    solution, _ = self._head(terms, mode, drive, [k], angle)
-                    if solution is not None:
-                        yield solution
+                except ValueError:  # the mode has no solution at an angle in between
+                    continue
+                solution, _ = self._head(terms, mode, drive, [k], angle)
+                if solution is not None:
+                    yield solution
 
     def _head(
         self, terms: Terms, mode: Mode, drive: ModeProblem, begin: Sequence[int], angles: Array
