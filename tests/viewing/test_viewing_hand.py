@@ -261,6 +261,7 @@ def test_a_phone_shows_the_picture_and_reaches_every_control(
         wide = f"document.getElementById('panel-{tab}').scrollWidth"
         assert seen.js(wide) <= PHONE["width"], tab
     seen.page.click("#tab-parameters")
+    seen.page.wait_for_selector("#panel-parameters .tight")  # in the frame after the panel's
     for k in range(1, 5):
         assert is_across(extent(seen, f"#panel-parameters thead th:nth-child({k}) >> nth=0")), k
     seen.clean()

@@ -137,6 +137,13 @@ SLACK = 1e-9
 REDUNDANT = 1e-11
 """Singular values below this part of the largest are zero: the rows are redundant."""
 
+SPENT = 10.0
+"""Slip after static friction is spent may shrink by so many times the rounding of its growth.
+
+Next to a contact that opens, a coefficient of 10⁶ gives the margin a slope of 10⁷ N/s, of which
+the last digit of the time leaves 10⁻⁸ N.
+"""
+
 SAME_ANSWER = 1e-7
 """Answers that differ by less, of the speeds or accelerations around, are the same answer."""
 

@@ -9,7 +9,7 @@ The velocities after an impact follow from its impulses by the same conditions.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from math import acos, atan2, hypot, prod
@@ -50,6 +50,7 @@ from mecanique.derivation.tolerances import (
     SAME_WAY,
     SLACK,
     SMALL_TURN,
+    SPENT,
     TURNED,
 )
 from mecanique.errors import InputError
@@ -224,14 +225,15 @@ class Laws:
 
         Speeds are known but for an error [m/s].
         """
-        choices, near, beginning = [], set[int](), set[int]()
+        choices, near, beginning = [], set[int](), dict[int, float]()
         for k, element in enumerate(self.elements):
             states = self.candidates(terms, element, touching[k], still)
             choices.append([s for s in states if (k, s.name) not in forbidden])
             if touching[k] and element.struck and terms.rates[element.normal] <= still:
                 near.add(k)
             if is_slow(terms, element, still):
-                beginning.add(k)
+                # what has just spent its friction has done so to the rounding of the corner's time
+                beginning[k] = SPENT if (k, STICKS) in forbidden else 1.0
         drive = accelerate(terms, self.elements)
         solutions = self._solve_all(terms, choices, drive, near, beginning, 0.0, ended, error)
         solutions = _prefer_sticking(self, terms, solutions)
@@ -253,12 +255,15 @@ class Laws:
         choices: Sequence[Sequence[ElementState]],
         drive: ModeProblem,
         near: Collection[int],
-        beginning: Collection[int],
+        beginning: Mapping[int, float],
         still: float,
         ended: Collection[Mode] = (),
         error: float = 0.0,
     ) -> list[ModeSolution]:
-        """Return the solutions of all modes whose conditions are met."""
+        """Return the solutions of all modes whose conditions are met.
+
+        Slip that begins grows but for rounding, times a number by element.
+        """
         self._refuse_many(choices)
         solutions, together = list[ModeSolution](), list[tuple[Mode, list[int]]]()
 
@@ -449,7 +454,7 @@ class Laws:
         solution: ModeSolution,
         drive: ModeProblem,
         near: Collection[int],
-        beginning: Collection[int],
+        beginning: Mapping[int, float],
         still: float,
         error: float,
     ) -> bool:
@@ -473,7 +478,7 @@ class Laws:
                     return False
                 continue
             least = -float(rounding[list(element.tangents)].max(initial=0.0))
-            if state.direction and k in beginning and rubs < least:
+            if state.direction and rubs < least * beginning.get(k, np.inf):
                 return False
             if solution.redundant:
                 continue  # its forces are among those that are shared
@@ -666,7 +671,8 @@ class Laws:
                 if len(element.tangents) == 1:
                     states += [ElementState(FORWARD, (1.0,)), ElementState(BACKWARD, (-1.0,))]
             choices.append(states)
-        solutions = self._solve_all(terms, choices, drive, contacts, contacts, still)
+        every = dict.fromkeys(contacts, 1.0)
+        solutions = self._solve_all(terms, choices, drive, contacts, every, still)
         solutions = _distinct(solutions, terms, still)
         if len(solutions) != 1:
             names = ", ".join(self.elements[k].name for k in contacts)
