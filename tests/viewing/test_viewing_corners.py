@@ -320,6 +320,16 @@ def test_a_page_begins_to_slide_on_several_feet(box: mq.Mechanism, tmp_path: Pat
     np.testing.assert_allclose(states, np.hstack([known.q, known.v]), rtol=0, atol=1e-9)
 
 
+def test_a_page_of_feet_that_share_static_friction_shows_a_recorded_motion() -> None:
+    """It had found no mode, and stayed without equations and forces."""
+    at = {"free_z": 0.1}
+    pulled = scene(mq.simulate(make_standing_box(0.3, 2.9), q=at, duration=0.1))
+    assert "share static friction in the mode sticks, sticks, sticks, sticks" in (
+        pulled.document.recorded
+    )
+    assert not scene(mq.simulate(make_standing_box(0.3), q=at, duration=0.1)).document.recorded
+
+
 @needs_node
 def test_a_page_leaves_an_elastic_stop(tmp_path: Path) -> None:
     speeds = np.arange(1.0, 3.25, 0.25)

@@ -139,7 +139,12 @@ class PageCorners:
         motion, letters = self._motion, self.letters
         for span in motion.modes:
             t = (span.begin + span.end) / 2
-            at = motion(t)
+            at, states = motion(t), ", ".join(span.states.values())
+            if self._corners.shares_friction(t, at.q, at.v):
+                raise DerivationError(
+                    f"contacts share static friction in the mode {states}, which a page does not "
+                    "divide among them"
+                )
             here = States(letters.mechanism, at.q[None], at.v[None], np.array([t]), at.v[None])
             known, forces = self._corners.forces(t, at.q, at.v)
             inputs = inputs_at(letters, here) | dict(zip(self._names, forces, strict=True))
@@ -160,7 +165,6 @@ class PageCorners:
                 part, ours = np.split(ours, [theirs.size])
                 gap = float(np.abs(part - theirs.ravel()).max(initial=0.0))
                 if not gap <= _SAME * float(np.abs(sizes).max(initial=TINY)):
-                    states = ", ".join(span.states.values())
                     raise DerivationError(
                         f"the program gives other {name} in the mode {states} than the motion, by "
                         f"{gap:.1e}"

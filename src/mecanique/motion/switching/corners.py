@@ -42,6 +42,7 @@ from mecanique.derivation.tolerances import (
     REDUNDANT,
     SAME_PROGRAM,
     SAME_WAY,
+    SLACK,
     STILL,
     TAIL,
     TURNED,
@@ -323,6 +324,15 @@ class Corners:
         """Return the terms and the force along each row in a state, shape (m,)."""
         terms = self.rows.at(q, v, t)
         return terms, self._solve(terms, v, t).forces
+
+    def shares_friction(self, t: float, q: Array, v: Array) -> bool:
+        """Return whether contacts in space stick by friction that they share in any way."""
+        solution = self._solve(self.rows.at(q, v, t), v, t)
+        pairs = zip(self.elements, solution.mode, strict=True)
+        rows = [row for e, s in pairs if s.name == STICKS and e.tangents[1:] for row in e.tangents]
+        sizes = np.abs(solution.forces)
+        rubs = sizes[rows].max(initial=0.0) > SLACK * sizes.max(initial=0.0)
+        return solution.redundant and bool(rubs)
 
     def push(
         self, t: Array, q: Array, v: Array
