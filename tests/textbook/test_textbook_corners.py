@@ -225,6 +225,18 @@ def test_a_tippe_top_turns_over_if_it_spins_about_the_vertical() -> None:
         assert low < last < high
 
 
+def test_velocities_are_smooth_between_the_steps_that_close_in_on_a_corner() -> None:
+    # the last steps before the top sticks are 1e-12 s long: a derivative between them is rounding
+    motion = move("tippe_top")
+    corner = int(np.searchsorted(motion.curve.t, when(motion, "floor: sticks")))
+    t = motion.curve.t[:corner]
+    middles = (t[-8:] + t[-9:-1]) / 2
+    between = (motion.curve.v[corner - 8 : corner] + motion.curve.v[corner - 9 : corner - 1]) / 2
+    short = np.diff(t[-9:]) < 1e-9
+    assert short.any()
+    np.testing.assert_allclose(motion(middles[short]).v, between[short], rtol=0, atol=1e-8)
+
+
 def test_velocities_are_smooth_up_to_a_corner() -> None:
     """Slip in space that ends turns about, and a derivative there is rounding."""
     motion = move("tippe_top")

@@ -423,6 +423,7 @@ static bool find_start(const Terms *k, const Drive *drive, double *mode, const i
         for (int i = 0; i < 3 * number; i++) slopes[j][i] -= base[i];
         for (int i = 0; i < 2 * number; i++) squares += slopes[j][i] * slopes[j][i];
     }
+    /* steps no longer than the inverse of the largest eigenvalue, up to which projections contract */
     for (int round = 0; round < PROJECTIONS; round++) {
         double now[MOST];
         for (int i = 0; i < 3 * number; i++) {

@@ -404,7 +404,7 @@ class Corners:
                     slow, speed = self.still_speed(terms, v), margins[k, 1]
                     margins[k, 1] = min(slow + speed, BEGUN * slow - speed)
         pull = DEAD * load + LEAST_MARGIN
-        several = sum(state.name == SLIPS for state in mode) > 1
+        together = _slip_together(mode)
         for k, state in enumerate(mode):
             if state.name == OPEN:
                 margins[k, 0] += EVEN * self.length
@@ -412,8 +412,9 @@ class Corners:
                 margins[k, 0] += pull
             if state.name == STICKS:
                 margins[k, 1] += pull
-            if several and state.name == SLIPS and not state.beginning:
-                # it is about to end a little below the speed at which it is marked as slow
+            if together and state.name == SLIPS and not state.beginning:
+                # it is about to end: a little below the speed at which it is marked as slow, so
+                # that the state of the corner is marked in spite of rounding
                 slip = margins[k, 1] / (1.0 - TURNED)
                 margins[k, 1] = min(margins[k, 1], slip - 0.8 * self._slow_slip)
         return margins
@@ -743,13 +744,12 @@ class Corners:
     def _mark_slow_slip(self, terms: Terms, mode: Mode, old: Mode) -> Mode:
         """Return a mode in which slow slip in space goes along or against its growth.
 
-        It does so from its beginning; and as it ends where several slip, whose slow slip is turned
-        by errors of steps.
+        It does so as it begins, and where several contacts slip together also as it ends.
         """
-        several = sum(state.name == SLIPS for state in mode) > 1
+        together = _slip_together(mode)
         marked = list(mode)
         for k, (element, state) in enumerate(zip(self.elements, mode, strict=True)):
-            begins = state.beginning or several or (old and old[k].beginning)
+            begins = state.beginning or together or (old and old[k].beginning)
             if state.name == SLIPS and begins and is_slow(terms, element, self._slow_slip):
                 marked[k] = replace(state, beginning=True)
         return tuple(marked)
@@ -930,6 +930,11 @@ class ElementForce:
             "a motion with elements that switch computes their forces as they are asked for, and "
             "is not pickled; expected motion.save(path), which keeps its samples"
         )
+
+
+def _slip_together(mode: Mode) -> bool:
+    """Return whether several contacts slip in space, which errors of steps turn as they stop."""
+    return sum(state.name == SLIPS for state in mode) > 1
 
 
 def _are_close(ours: Sequence[Array], theirs: Sequence[Array]) -> bool:

@@ -377,6 +377,7 @@ class Laws:
         slopes = np.array([respond(drive.load + terms.jacobian[r]) - base for r in tangents]).T
         if not np.isfinite(slopes).all():
             return None
+        # no longer than the inverse of the largest eigenvalue, up to which projections contract
         step = 1.0 / (np.linalg.norm(slopes[: len(tangents)]) + TINY)
         rub = np.zeros((len(begin), 2))
         for _ in range(PROJECTIONS):

@@ -474,6 +474,7 @@ export class Law {
     const [base, ...pushed] = [drive, ...rows.map(push)].map(respond);
     if (!base || pushed.includes(null)) return null;
     const slopes = pushed.map((answer) => answer.map((x, i) => x - base[i]));
+    // no longer than the inverse of the largest eigenvalue, up to which projections contract
     const step = 1 / Math.hypot(...slopes.flatMap((column) => column.slice(0, rows.length)));
     const rub = rows.map(() => 0);
     for (let round = 0; round < this.tolerances.PROJECTIONS; round++) {
